@@ -11,7 +11,6 @@
 #include "proximity/touch_predictions.h"
 #include "random/rare_channels.h"
 #include "stats/intervals.h"
-#include "stats/matrices.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::studies::collision {
@@ -32,7 +31,7 @@ Eigen::MatrixXd directions_of(const Eigen::Matrix3Xd& j, const std::vector<rare:
   constexpr double kSpread = 1e-6, kNew = 0.2;
   Eigen::MatrixXd basis(j.cols(), 0);
   const auto add = [&](Eigen::VectorXd x, double least) {
-    for (int twice = 0; twice < 2; ++twice) x -= stats::times(basis, stats::transpose_times(basis, x));
+    for (int twice = 0; twice < 2; ++twice) x -= basis * (basis.transpose() * x);
     if (!(x.norm() > least) || basis.cols() >= kMostDimensions) return;
     basis.conservativeResize(j.cols(), basis.cols() + 1);
     basis.col(basis.cols() - 1) = x.normalized();
@@ -134,7 +133,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   Eigen::MatrixXd errors = directions_;
   for (std::size_t i = 0; i < state_->names().size(); ++i)
     if (state_->names()[i].source == proximity::ContactState::kSlot) errors.row(static_cast<Eigen::Index>(i)).setZero();
-  scaled_ = stats::transpose_product(errors, errors);
+  scaled_ = errors.transpose() * errors;
   if (s_.run.sampling.method == "auto" && is_near) return out;
   constexpr double kLeastWide = 1.3;
   const double wide = std::max(kLeastWide, out.designs.front().beta / std::sqrt(3.0));

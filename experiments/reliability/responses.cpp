@@ -6,7 +6,6 @@
 #include "base/units.h"
 #include "reliability/significance.h"
 #include "reliability/station_response.h"
-#include "stats/matrices.h"
 
 namespace surveymc::studies::reliability {
 namespace {
@@ -125,7 +124,7 @@ std::vector<double> combination_values(const LayerModel& m, const GridPoint& p, 
     w = weakest_direction(information);
   } else {
     w.direction = Eigen::Map<const Eigen::VectorXd>(s.direction.data(), count);
-    const double shown = w.direction.dot(stats::times(information, w.direction));
+    const double shown = w.direction.dot(information * w.direction);
     w.redundancy = shown < kLeastRedundancy ? 0 : shown;
     w.dimensions = shown < kLeastRedundancy ? 0 : 1;
   }

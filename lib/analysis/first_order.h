@@ -17,7 +17,6 @@
 #include <Eigen/Core>
 
 #include "estimate/sensitivity.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::analysis {
 
@@ -65,7 +64,7 @@ struct InputEffects {
  private:
   template <int Draws>
   static Eigen::Matrix<double, Q, Q> square(const Eigen::Matrix<double, Q, Draws>& m) {
-    return stats::product_by_halves(m, Eigen::Matrix<double, Draws, Q>(m.transpose()));
+    return m.lazyProduct(m.transpose());
   }
 };
 
@@ -78,7 +77,7 @@ InputEffects<Q> input_effects(const std::vector<StationDerivatives<Q>>& stations
   const Eigen::RowVector3d per_gain = Eigen::RowVector3d(truth.gain.data()).cwiseInverse();
   const Eigen::Vector2d reference_sizes(sizes.total, sizes.dip);
   const auto through_estimate = [&y]<int Inputs>(const Eigen::Matrix<double, 8, Inputs>& s) {
-    return stats::product_by_halves(y, Eigen::Matrix<double, 6, Inputs>(s.template topRows<6>()));
+    return Eigen::Matrix<double, Q, Inputs>(y.lazyProduct(s.template topRows<6>()));
   };
   InputEffects<Q> out;
   Eigen::Matrix<double, Q, 2> common = Eigen::Matrix<double, Q, 2>::Zero();

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "reliability/snooping.h"
-#include "stats/matrices.h"
 
 namespace surveymc::analysis {
 
@@ -54,7 +53,7 @@ std::vector<rare::HalfSpace> test_half_spaces(const reliability::GrossErrorTrial
     const double length = m.columns.col(i).norm();
     if (!(length > 0)) continue;
     VectorXd direction = VectorXd::Zero(rows);
-    direction.head(sd.size()) = (stats::transpose_times(m.columns, m.columns.col(i)) / length).cwiseProduct(sd);
+    direction.head(sd.size()) = (m.columns.transpose() * m.columns.col(i) / length).cwiseProduct(sd);
     rare::add_two_sided(direction / direction.norm(), prediction.critical, all);
   }
   return all;

@@ -3,9 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-
-#include "stats/small_matrix.h"
 
 namespace surveymc::chained {
 
@@ -48,7 +47,7 @@ Vector3d optimum(const Vector3d& y, const Vector3d& w, const Terms& terms) {
       normal += t.weight * t.gradient * t.gradient.transpose();
       pull -= t.weight * t.misfit * t.gradient;
     }
-    const Vector3d step = stats::SmallCholesky<3>(normal).solve(pull);
+    const Vector3d step = normal.llt().solve(pull);
     x += step;
     if (step.norm() <= 1e-15 * y.norm()) break;
   }

@@ -1,15 +1,14 @@
 #include "chained/block_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include <Eigen/Cholesky>
+
 #include "chained/descent_kernel.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::chained {
 
@@ -18,9 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
-using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Columns = Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, 4>;
-using Pivot = stats::SmallCholesky<12>;
 
 namespace {
 
@@ -43,92 +40,53 @@ struct ChainPrior {
   Eigen::Matrix<double, kChainStates, kChainStates> information;
 };
 
-/// 1 / sd^2.
-double per_square(double sd) { return 1 / (sd * sd); }
-
-ChainVector per_square(const double* sd) {
-  ChainVector w;
-  for (Index i = 0; i < kChainStates; ++i) w[i] = per_square(sd[i]);
-  return w;
-}
-
-double dot12(const double* a, const double* b) { return stats::dot_by_halves<12>(a, b); }
-double dot_chain(const ChainVector& a, const ChainVector& b) {
-  return stats::dot_by_halves<kChainStates>(a.data(), b.data());
-}
-
-ChainVector product(const ChainMatrix& a, const ChainVector& b) {
-  ChainVector c = ChainVector::Zero();
-  for (Index j = 0; j < kChainStates; ++j)
-    for (Index i = 0; i < kChainStates; ++i) c[i] += a(i, j) * b[j];
-  return c;
-}
-
-/// Of a station's chained states by themselves, without links: the prior, and references that are observed anew.
-ChainVector own_weight(const Model& m, int station) {
-  ChainVector w = ChainVector::Zero();
-  if (station == 0) w = per_square(m.prior_sd.data());
-  for (Index i = 0; m.independent() && i < kReferenceStates; ++i)
-    w[i] = per_square(m.reference_sd[static_cast<std::size_t>(i)]);
-  return w;
-}
-
 NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point& at, const ChainPrior* first) {
   const int n = readings.stations();
   const Index q = m.interference.states();
+  const Eigen::Map<const ChainVector> prior(m.prior_sd.data()), link(m.link_sd.data());
   NormalBlocks b;
-  b.link_weight = per_square(m.link_sd.data());
+  b.link_weight = link.cwiseAbs2().cwiseInverse();
   if (m.independent()) b.link_weight.head<kReferenceStates>().setZero();
-  b.chain_scale = per_square(m.prior_sd.data());
-  b.border_scale = per_square(m.interference.prior_sd);
+  b.chain_scale = prior.cwiseAbs2().cwiseInverse();
+  b.border_scale = 1 / (m.interference.prior_sd * m.interference.prior_sd);
   b.border_rhs = -at.interference / (m.interference.prior_sd * m.interference.prior_sd);
-  b.border.setZero(q, q);
-  for (Index i = 0; i < q; ++i) b.border(i, i) = b.border_scale;
+  b.border = MatrixXd::Identity(q, q) / (m.interference.prior_sd * m.interference.prior_sd);
   for (int k = 0; k < n; ++k) {
-    const auto station = static_cast<std::size_t>(k);
+    const auto i = static_cast<std::size_t>(k);
     const StationLinear s = linearise(m, readings, at, k);
     Eigen::Matrix<double, 6, 12> j;
-    j.leftCols<3>() = s.by_delta;
-    j.rightCols<kChainStates>() = s.by_chain;
-    Matrix12 h;
+    j << s.by_delta, s.by_chain;
+    Matrix12 h = j.transpose().lazyProduct(j);  // without the blocks that Eigen cuts large products into
     Columns c(12, 1 + q);
-    for (Index row = 0; row < 12; ++row) {
-      for (Index i = 0; i <= row; ++i) h(row, i) = h(i, row) = dot6(&j(0, row), &j(0, i));
-      c(row, 0) = dot6(&j(0, row), s.residual.data());
-      for (Index i = 0; i < q; ++i) c(row, 1 + i) = dot6(&j(0, row), &s.by_interference(0, i));
-    }
-    for (Index i = 0; i < q; ++i) {
-      b.border_rhs[i] += dot6(&s.by_interference(0, i), s.residual.data());
-      for (Index l = 0; l < q; ++l) b.border(i, l) += dot6(&s.by_interference(0, i), &s.by_interference(0, l));
-    }
+    c.col(0) = j.transpose() * s.residual;
+    c.rightCols(q) = j.transpose() * s.by_interference;
+    b.border_rhs += s.by_interference.transpose() * s.residual;
+    b.border += s.by_interference.transpose() * s.by_interference;
 
-    const ChainVector& x = at.chain[station];
-    ChainVector weight = ChainVector::Zero(), pull;
-    if (!first) weight = own_weight(m, k);
-    for (Index i = 0; i < kChainStates; ++i) {
-      pull[i] = -(weight[i] * x[i]);
-      if (k > 0) {
-        pull[i] -= b.link_weight[i] * (x[i] - at.chain[station - 1][i]);
-        weight[i] += b.link_weight[i];
-      }
-      if (k + 1 < n) {
-        pull[i] += b.link_weight[i] * (at.chain[station + 1][i] - x[i]);
-        weight[i] += b.link_weight[i];
-      }
+    ChainVector weight = k == 0 && !first ? b.chain_scale : ChainVector(ChainVector::Zero());
+    if (m.independent() && !first)
+      weight.head<kReferenceStates>() = Eigen::Map<const Vector3d>(m.reference_sd.data()).cwiseAbs2().cwiseInverse();
+    const auto chain = c.col(0).tail<kChainStates>();
+    ChainVector pull = -weight.cwiseProduct(at.chain[i]);
+    if (k > 0) {
+      pull -= b.link_weight.cwiseProduct(at.chain[i] - at.chain[i - 1]);
+      weight += b.link_weight;
+    }
+    if (k + 1 < n) {
+      pull += b.link_weight.cwiseProduct(at.chain[i + 1] - at.chain[i]);
+      weight += b.link_weight;
     }
     if (k == 0 && first) {
-      pull += product(first->information, first->mean - x);
+      pull += first->information * (first->mean - at.chain[i]);
       h.bottomRightCorner<kChainStates, kChainStates>() += first->information;
     }
     for (const KnownState& known : readings.known)
       if (known.station == k) {
-        weight[known.state] += per_square(known.sd);
-        pull[known.state] += (known.value - x[known.state]) / (known.sd * known.sd);
+        weight[known.state] += 1 / (known.sd * known.sd);
+        pull[known.state] += (known.value - at.chain[i][known.state]) / (known.sd * known.sd);
       }
-    for (Index i = 0; i < kChainStates; ++i) {
-      c(3 + i, 0) += pull[i];
-      h(3 + i, 3 + i) += weight[i];
-    }
+    c.col(0).tail<kChainStates>() = chain + pull;
+    h.diagonal().tail<kChainStates>() += weight;
     b.diagonal.push_back(h);
     b.columns.push_back(c);
   }
@@ -138,63 +96,42 @@ NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point
 /// The same blocks with half the true Hessian.
 NormalBlocks exact_blocks(NormalBlocks b, const Model& m, const Readings& readings, const Point& at) {
   for (int k = 0; k < readings.stations(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
     const StationCurvature c = curvature(m, linearise(m, readings, at, k), at, k);
-    Matrix12& h = b.diagonal[static_cast<std::size_t>(k)];
-    Columns& columns = b.columns[static_cast<std::size_t>(k)];
-    for (Index row = 0; row < 3; ++row) {
-      for (Index i = 0; i < 3; ++i) h(row, i) -= c.delta_delta(row, i);
-      for (Index i = 0; i < kReferenceStates; ++i) {
-        h(row, 3 + i) -= c.delta_chain(row, i);
-        h(3 + i, row) -= c.delta_chain(row, i);
-      }
-      for (Index i = 0; i < m.interference.states(); ++i) columns(row, 1 + i) -= c.delta_interference(row, i);
-    }
+    b.diagonal[i].topLeftCorner<3, 3>() -= c.delta_delta;
+    b.diagonal[i].block<3, kReferenceStates>(0, 3) -= c.delta_chain;
+    b.diagonal[i].block<kReferenceStates, 3>(3, 0) -= c.delta_chain.transpose();
+    b.columns[i].topRightCorner(3, m.interference.states()) -= c.delta_interference;
   }
   return b;
 }
 
-/// Columns of the inverse stand beside each other in memory, so that compilers put them into vectors. No column sees
-/// another: no bit depends on that.
-Matrix12 inverse_of(const Pivot& pivot) {
-  using Row = std::array<double, 12>;
-  const Matrix12& l = pivot.lower();
-  std::array<Row, 12> x{};
-  for (std::size_t i = 0; i < 12; ++i) x[i][i] = 1;
-  const auto subtract = [](Row& to, double factor, const Row& of) {
-    for (std::size_t c = 0; c < 12; ++c) to[c] -= factor * of[c];
-  };
-  for (std::size_t i = 0; i < 12; ++i) {
-    const auto row = static_cast<Index>(i);
-    for (std::size_t j = 0; j < i; ++j) subtract(x[i], l(row, static_cast<Index>(j)), x[j]);
-    for (double& v : x[i]) v /= l(row, row);
+/// L L' x = 1, row by row: the numbers of a row stand beside each other in memory, so that compilers put them into
+/// vectors.
+Matrix12 inverse_of(const Eigen::LLT<Matrix12>& pivot) {
+  const Matrix12& l = pivot.matrixLLT();
+  Eigen::Matrix<double, 12, 12, Eigen::RowMajor> x;
+  x.setIdentity();
+  for (Index i = 0; i < 12; ++i) {
+    for (Index j = 0; j < i; ++j) x.row(i) -= l(i, j) * x.row(j);
+    x.row(i) /= l(i, i);
   }
-  for (std::size_t i = 12; i-- > 0;) {
-    const auto row = static_cast<Index>(i);
-    for (std::size_t j = i + 1; j < 12; ++j) subtract(x[i], l(static_cast<Index>(j), row), x[j]);
-    for (double& v : x[i]) v /= l(row, row);
+  for (Index i = 12; i-- > 0;) {
+    for (Index j = i + 1; j < 12; ++j) x.row(i) -= l(j, i) * x.row(j);
+    x.row(i) /= l(i, i);
   }
-  return Eigen::Map<const Matrix12>(x.front().data());  // rows as columns: symmetric
-}
-
-Columns solved(const Pivot& pivot, Columns columns) {
-  for (Index i = 0; i < columns.cols(); ++i) pivot.solve_in_place(&columns(0, i));
-  return columns;
+  return x;
 }
 
 /// Block Cholesky from the first station to the last; solves for all columns.
 struct BlockSolution {
-  std::vector<Pivot> pivots;
+  std::vector<Eigen::LLT<Matrix12>> pivots;
+  std::vector<Matrix12> inverses;  ///< of the pivots
   std::vector<Columns> x;
   VectorXd border;  ///< solution of the border
   stats::SymmetricFactor schur;
   bool sound = true;  ///< all pivots are positive definite
 };
-
-/// Adds what the link to a station says whose columns are known: W times their chained states.
-void add_linked(const NormalBlocks& b, const Columns& of, Columns& to) {
-  for (Index column = 0; column < to.cols(); ++column)
-    for (Index i = 0; i < kChainStates; ++i) to(3 + i, column) += b.link_weight[i] * of(3 + i, column);
-}
 
 BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   const std::size_t n = b.diagonal.size();
@@ -203,57 +140,41 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   std::vector<Columns> reduced;
   for (std::size_t k = 0; k < n; ++k) {
     Matrix12 d = b.diagonal[k];
-    for (Index i = 0; i < 3; ++i) d(i, i) += damping * kAttitudeScale;
-    for (Index i = 0; i < kChainStates; ++i) d(3 + i, 3 + i) += damping * b.chain_scale[i];
+    d.diagonal().head<3>().array() += damping * kAttitudeScale;
+    d.diagonal().tail<kChainStates>() += damping * b.chain_scale;
     Columns r = b.columns[k];
     if (k > 0) {
       // Off-diagonal block: -W on the chain. Schur complement: D - E' P^-1 E, with E = (0; -W).
-      const Matrix12 inverse = inverse_of(s.pivots[k - 1]);
-      for (Index j = 0; j < kChainStates; ++j)
-        for (Index i = 0; i < kChainStates; ++i)
-          d(3 + i, 3 + j) -= b.link_weight[i] * inverse(3 + i, 3 + j) * b.link_weight[j];
-      add_linked(b, solved(s.pivots[k - 1], reduced[k - 1]), r);
+      const auto of_chain = s.inverses[k - 1].bottomRows<kChainStates>();
+      const auto w = b.link_weight.asDiagonal();
+      d.bottomRightCorner<kChainStates, kChainStates>() -= w * of_chain.rightCols<kChainStates>() * w;
+      r.bottomRows<kChainStates>() += w * of_chain.lazyProduct(reduced[k - 1]);
     }
     s.pivots.emplace_back(d);
-    s.sound = s.sound && s.pivots.back().positive_definite();
+    s.inverses.push_back(inverse_of(s.pivots.back()));
+    s.sound = s.sound && s.pivots.back().info() == Eigen::Success;
     reduced.push_back(r);
   }
   s.x.resize(n);
   for (std::size_t back = 0; back < n; ++back) {
     const std::size_t k = n - 1 - back;
     Columns r = reduced[k];
-    if (back > 0) add_linked(b, s.x[k + 1], r);
-    s.x[k] = solved(s.pivots[k], r);
+    if (back > 0) r.bottomRows<kChainStates>() += b.link_weight.asDiagonal() * s.x[k + 1].bottomRows<kChainStates>();
+    s.x[k] = s.inverses[k].lazyProduct(r);
   }
   s.border = VectorXd(0);
   if (q == 0) return s;
   MatrixXd schur = b.border;
-  for (Index i = 0; i < q; ++i) schur(i, i) += damping * b.border_scale;
+  schur.diagonal().array() += damping * b.border_scale;
   VectorXd rhs = b.border_rhs;
-  for (std::size_t k = 0; k < n; ++k)
-    for (Index i = 0; i < q; ++i) {
-      const double* of = &b.columns[k](0, 1 + i);
-      for (Index j = 0; j < q; ++j) schur(i, j) -= dot12(of, &s.x[k](0, 1 + j));
-      rhs[i] -= dot12(of, s.x[k].data());
-    }
+  for (std::size_t k = 0; k < n; ++k) {
+    schur -= b.columns[k].rightCols(q).transpose() * s.x[k].rightCols(q);
+    rhs -= b.columns[k].rightCols(q).transpose() * s.x[k].col(0);
+  }
   s.schur = stats::symmetric_factor(schur);
   s.border = s.schur.solve(rhs);
   s.sound = s.sound && s.schur.positive_definite();
   return s;
-}
-
-/// z a z', z the columns of a station's solution that stand for the border: at most three.
-Matrix12 by_border(const Columns& x, const MatrixXd& a) {
-  const Index q = a.rows();
-  Matrix12 c = Matrix12::Zero();
-  for (Index j = 0; j < q; ++j) {
-    Vector12 za = Vector12::Zero();
-    for (Index l = 0; l < q; ++l)
-      for (Index i = 0; i < 12; ++i) za[i] += x(i, 1 + l) * a(l, j);
-    for (Index column = 0; column < 12; ++column)
-      for (Index i = 0; i < 12; ++i) c(i, column) += za[i] * x(column, 1 + j);
-  }
-  return c;
 }
 
 /// Diagonal blocks of the inverse, last station first: S_k = D_k^-1 + G S_k+1 G', G = D_k^-1 (0; W), plus the part of
@@ -263,29 +184,20 @@ void set_covariances(const NormalBlocks& b, const BlockSolution& s, Solution& ou
   const Index q = b.border.rows();
   if (q > 0) out.interference_covariance = s.schur.inverse();
   if (q > 0) out.log_determinant = s.schur.log_determinant();
-  for (const Pivot& pivot : s.pivots) {
-    double sum = 0;
-    for (Index i = 0; i < 12; ++i) sum += std::log(pivot.lower()(i, i));
-    out.log_determinant += 2 * sum;
-  }
+  for (const auto& pivot : s.pivots) out.log_determinant += 2 * pivot.matrixLLT().diagonal().array().log().sum();
   Matrix12 next;
   for (std::size_t back = 0; back < n; ++back) {
     const std::size_t k = n - 1 - back;
-    Matrix12 c = inverse_of(s.pivots[k]);
+    Matrix12 c = s.inverses[k];
     if (back > 0) {
       using Gain = Eigen::Matrix<double, 12, kChainStates>;
-      Gain g, by_next;
-      for (Index j = 0; j < kChainStates; ++j)
-        for (Index i = 0; i < 12; ++i) g(i, j) = c(i, 3 + j) * b.link_weight[j];
-      const ChainMatrix of_chain = next.bottomRightCorner<kChainStates, kChainStates>();
-      const Eigen::Matrix<double, kChainStates, 12> transposed = g.transpose();
-      Matrix12 from_next;
-      stats::set_product(g, of_chain, by_next);
-      stats::set_product(by_next, transposed, from_next);
-      c += from_next;
+      const Gain g = s.inverses[k].rightCols<kChainStates>() * b.link_weight.asDiagonal();
+      const Gain by_next = g.lazyProduct(next.bottomRightCorner<kChainStates, kChainStates>());
+      c += by_next.lazyProduct(g.transpose());
     }
     next = c;
-    if (q > 0) c += by_border(s.x[k], out.interference_covariance);
+    const auto z = s.x[k].rightCols(q);
+    if (q > 0) c += z * out.interference_covariance * z.transpose();
     out.stations[k].covariance = (c + c.transpose()) / 2;
   }
 }
@@ -304,17 +216,11 @@ Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
   step.promise = b.border_rhs.dot(step.da) + damping * b.border_scale * step.da.squaredNorm();
   for (std::size_t k = 0; k < s.x.size(); ++k) {
     const Columns& x = s.x[k];
-    Vector12 own;
-    for (Index i = 0; i < 12; ++i) {
-      double by_border = 0;
-      for (Index j = 0; j < step.da.size(); ++j) by_border += x(i, 1 + j) * step.da[j];
-      own[i] = x(i, 0) - by_border;
-    }
+    const Eigen::Matrix<double, 12, 1> own = x.col(0) - x.rightCols(step.da.size()) * step.da;
     step.delta.push_back(own.head<3>());
     step.dc.push_back(own.tail<kChainStates>());
-    step.promise +=
-        dot12(b.columns[k].data(), own.data()) +
-        damping * (kAttitudeScale * step.delta[k].squaredNorm() + dot_chain(b.chain_scale, step.dc[k].cwiseAbs2()));
+    step.promise += b.columns[k].col(0).dot(own) + damping * (kAttitudeScale * step.delta[k].squaredNorm() +
+                                                              b.chain_scale.dot(step.dc[k].cwiseAbs2()));
   }
   return step;
 }
@@ -355,7 +261,7 @@ class ChainProblem {
   double cost_of(const Point& at) const {
     if (!first_) return chain_cost(m_, readings_, at);
     const ChainVector away = at.chain[0] - first_->mean;
-    return readings_cost(m_, readings_, at) + dot_chain(away, product(first_->information, away));
+    return readings_cost(m_, readings_, at) + away.dot(first_->information * away);
   }
 
   const Model& m_;
@@ -416,9 +322,7 @@ StationMinimum solve_station(const Model& model, const Readings& readings, int s
   const auto k = static_cast<std::size_t>(station);
   Readings one{{readings.y[k]}};
   if (!readings.left_out.empty()) one.left_out = {readings.left_out[k]};
-  ChainPrior prior{mean, ChainMatrix::Identity()};
-  const stats::SmallCholesky<kChainStates> factor(covariance);
-  for (Index i = 0; i < kChainStates; ++i) factor.solve_in_place(&prior.information(0, i));
+  const ChainPrior prior{mean, covariance.llt().solve(ChainMatrix::Identity())};
   ChainProblem problem(model, one, Point{{frame}, {mean}, VectorXd(0)}, &prior);
   const DescentEnd<double> end = descend(problem, options);
   return {problem.at().frames[0], problem.at().chain[0], static_cast<Status>(end.status),

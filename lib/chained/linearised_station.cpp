@@ -39,7 +39,7 @@ StationLinear linearise(const Model& m, const Readings& readings, const Point& a
   const ChainVector& c = at.chain[i];
   const std::array<double, 6> e = residual_at(m, readings, at, k);
   const Vector3d f = -(m.gravity + c[0]) * d;
-  const Vector3d h = stats::product_by_halves(frame, Vector3d(Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a));
+  const Vector3d h = frame * (Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a);
   StationLinear s;
   s.residual = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(e.data());
   s.by_delta.topRows<3>() = -survey::cross_matrix(f);
@@ -53,18 +53,14 @@ StationLinear linearise(const Model& m, const Readings& readings, const Point& a
     s.by_chain(3 + axis, kMagnetometerOffset + axis) = 1;
   }
   s.by_interference.setZero(6, m.interference.states());
-  for (Index q = 0; q < m.interference.states(); ++q) {
-    const Vector3d direction(m.interference.directions.col(q));
-    const Vector3d in_tool = stats::product_by_halves(Matrix3d(m.interference.weight(k) * frame), direction);
-    for (Index axis = 0; axis < 3; ++axis) s.by_interference(3 + axis, q) = in_tool[axis];
-  }
+  s.by_interference.bottomRows<3>() = m.interference.weight(k) * frame * m.interference.directions;
   for (std::size_t r = 0; r < 6; ++r) {
     const double w = readings.used(k, r) ? 1 / m.noise[r] : 0;
     const auto row = static_cast<Index>(r);
     s.residual[row] *= w;
-    for (Index column = 0; column < 3; ++column) s.by_delta(row, column) *= w;
-    for (Index column = 0; column < kChainStates; ++column) s.by_chain(row, column) *= w;
-    for (Index column = 0; column < s.by_interference.cols(); ++column) s.by_interference(row, column) *= w;
+    s.by_delta.row(row) *= w;
+    s.by_chain.row(row) *= w;
+    s.by_interference.row(row) *= w;
   }
   return s;
 }
@@ -75,7 +71,7 @@ StationCurvature curvature(const Model& m, const StationLinear& s, const Point& 
   const Vector3d n = frame.col(0), d = frame.col(2), a = interference_N(m, at, k);
   const Vector3d f = -(m.gravity + at.chain[i][kGravityError]) * d;
   const Vector3d north_down(m.horizontal + at.chain[i][kHorizontalError], 0, m.down + at.chain[i][kDownError]);
-  const Vector3d h = stats::product_by_halves(frame, Vector3d(north_down + a));
+  const Vector3d h = frame * (north_down + a);
   const Eigen::Map<const Eigen::Matrix<double, 6, 1>> noise(m.noise.data());
   const Eigen::Matrix<double, 6, 1> u = s.residual.cwiseQuotient(noise);  // 0 for readings left out
   const Vector3d uf = u.head<3>(), uh = u.tail<3>();
@@ -89,8 +85,7 @@ StationCurvature curvature(const Model& m, const StationLinear& s, const Point& 
   c.delta_chain.col(kDownError) = d.cross(uh);
   c.delta_interference.setZero(3, m.interference.states());
   for (Index q = 0; q < m.interference.states(); ++q)
-    c.delta_interference.col(q) = m.interference.weight(k) *
-                                  stats::product_by_halves(frame, Vector3d(m.interference.directions.col(q))).cross(uh);
+    c.delta_interference.col(q) = m.interference.weight(k) * (frame * m.interference.directions.col(q)).cross(uh);
   return c;
 }
 

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "chained/model.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::chained {
 
@@ -43,8 +42,6 @@ struct StationLinear {
   Eigen::Matrix<double, 6, kChainStates> by_chain;                    ///< (-d, 1; n, d, 1)
   Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 3> by_interference;  ///< weight(k) M directions
 };
-/// Scalar product of two of its columns.
-inline double dot6(const double* a, const double* b) { return stats::dot_by_halves<6>(a, b); }
 StationLinear linearise(const Model& model, const Readings& readings, const Point& at, int station);
 
 /// Applies a solver's step to its point: turns frames and adds to the states.

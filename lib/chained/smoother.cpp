@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "base/error.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::chained {
 
@@ -20,7 +19,6 @@ using Eigen::VectorXd;
 using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 12, 1>;
 using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
 using ByState = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 12>;
-using AttitudeByState = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12>;
 
 namespace {
 
@@ -51,18 +49,9 @@ State transition(const Model& m) {
   return f;
 }
 
-/// F P, F diagonal.
-Covariance carried_on(const State& f, Covariance p) {
-  for (Index j = 0; j < p.cols(); ++j)
-    for (Index i = 0; i < p.rows(); ++i) p(i, j) *= f[i];
-  return p;
-}
-
 Gaussian predicted(const Model& m, const Gaussian& g) {
   const State f = transition(m);
-  Gaussian p{f.cwiseProduct(g.mean), carried_on(f, g.covariance)};
-  for (Index j = 0; j < f.size(); ++j)
-    for (Index i = 0; i < f.size(); ++i) p.covariance(i, j) *= f[j];
+  Gaussian p{f.cwiseProduct(g.mean), f.asDiagonal() * g.covariance * f.asDiagonal()};
   for (Index i = 0; i < kChainStates; ++i) {
     const auto s = static_cast<std::size_t>(i);
     const double sd = m.independent() && i < kReferenceStates ? m.reference_sd[s] : m.link_sd[s];
@@ -73,8 +62,7 @@ Gaussian predicted(const Model& m, const Gaussian& g) {
 
 State state_at(const Point& at, int k) {
   State x(kChainStates + at.interference.size());
-  for (Index i = 0; i < kChainStates; ++i) x[i] = at.chain[static_cast<std::size_t>(k)][i];
-  for (Index i = 0; i < at.interference.size(); ++i) x[kChainStates + i] = at.interference[i];
+  x << at.chain[static_cast<std::size_t>(k)], at.interference;
   return x;
 }
 
@@ -88,94 +76,44 @@ Parted parted(const Model& m, const Readings& readings, const Point& at, int k) 
   Parted p;
   p.linear = linearise(m, readings, at, k);
   p.by_state.resize(6, kChainStates + m.interference.states());
-  p.by_state.leftCols<kChainStates>() = p.linear.by_chain;
-  p.by_state.rightCols(m.interference.states()) = p.linear.by_interference;
+  p.by_state << p.linear.by_chain, p.linear.by_interference;
   p.null = stats::orthogonal_complement(p.linear.by_delta);
   return p;
 }
 
-/// a' b.
-AttitudeByState of_columns(const Eigen::Matrix<double, 6, 3>& a, const ByState& b) {
-  AttitudeByState c(3, b.cols());
-  for (Index j = 0; j < b.cols(); ++j)
-    for (Index i = 0; i < 3; ++i) c(i, j) = dot6(&a(0, i), &b(0, j));
-  return c;
-}
-Vector3d of_columns(const Eigen::Matrix<double, 6, 3>& a, const Eigen::Matrix<double, 6, 1>& b) {
-  return {dot6(&a(0, 0), b.data()), dot6(&a(0, 1), b.data()), dot6(&a(0, 2), b.data())};
-}
-
-Vector3d times(const AttitudeByState& a, const State& x) {
-  Vector3d sum = Vector3d::Zero();
-  for (Index j = 0; j < x.size(); ++j)
-    for (Index i = 0; i < 3; ++i) sum[i] += a(i, j) * x[j];
-  return sum;
-}
-
 Gaussian updated(const Parted& p, const State& linearised_at, const Gaussian& before) {
-  const Index n = before.mean.size();
-  const AttitudeByState h = of_columns(p.null, p.by_state);
-  AttitudeByState hp = AttitudeByState::Zero(3, n);  // H P
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < n; ++j)
-      for (Index l = 0; l < 3; ++l) hp(l, i) += before.covariance(i, j) * h(l, j);
-  const Vector3d innovation = of_columns(p.null, p.linear.residual) + times(h, linearised_at - before.mean);
-  Matrix3d s = Matrix3d::Zero();
-  for (Index i = 0; i < 3; ++i)
-    for (Index j = 0; j < 3; ++j)
-      for (Index l = 0; l < n; ++l) s(i, j) += h(i, l) * hp(j, l);
-  for (Index i = 0; i < 3; ++i) s(i, i) += 1;
-  const stats::SmallCholesky<3> factor(s);
-  const Vector3d gained = factor.solve(innovation);
-  AttitudeByState solved = hp;
-  for (Index i = 0; i < n; ++i) factor.solve_row_in_place(&solved(0, i));
-  Gaussian after = before;
-  for (Index i = 0; i < n; ++i) {
-    after.mean[i] += stats::dot_by_halves<3>(&hp(0, i), gained.data());
-    for (Index j = 0; j < n; ++j)
-      after.covariance(i, j) -= hp(0, i) * solved(0, j) + hp(1, i) * solved(1, j) + hp(2, i) * solved(2, j);
-  }
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j <= i; ++j)
-      after.covariance(i, j) = after.covariance(j, i) = (after.covariance(i, j) + after.covariance(j, i)) / 2;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12> h = p.null.transpose() * p.by_state;
+  const Vector3d innovation = p.null.transpose() * p.linear.residual + h * (linearised_at - before.mean);
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 12, 3> ph = before.covariance * h.transpose();
+  const Matrix3d s = h * ph + Matrix3d::Identity();
+  const Eigen::LLT<Matrix3d> factor(s);
+  Gaussian after{before.mean + ph * factor.solve(innovation), before.covariance - ph * factor.solve(ph.transpose())};
+  after.covariance = ((after.covariance + after.covariance.transpose()) / 2).eval();
   return after;
 }
 
 /// delta = A^-1 by_delta' (e - by_state dx), A = by_delta' by_delta.
 struct AttitudeGivenState {
-  Matrix3d inverse;          ///< A^-1: covariance of delta if the states are known
-  AttitudeByState by_state;  ///< d delta / d x
+  Matrix3d inverse;                                             ///< A^-1: covariance of delta if the states are known
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12> by_state;  ///< d delta / d x
   Vector3d delta;
 };
 AttitudeGivenState attitude_given(const Parted& p, const State& dx) {
   AttitudeGivenState a;
   const auto& j = p.linear.by_delta;
-  Matrix3d normal;
-  for (Index i = 0; i < 3; ++i)
-    for (Index l = 0; l < 3; ++l) normal(i, l) = dot6(&j(0, i), &j(0, l));
-  a.inverse = normal.inverse();
-  a.by_state = of_columns(j, p.by_state);
-  for (Index i = 0; i < a.by_state.cols(); ++i)
-    a.by_state.col(i) = -stats::product_by_halves(a.inverse, Vector3d(a.by_state.col(i)));
-  a.delta = stats::product_by_halves(a.inverse, of_columns(j, p.linear.residual)) + times(a.by_state, dx);
+  a.inverse = Matrix3d(j.transpose() * j).inverse();
+  a.by_state = -a.inverse * (j.transpose() * p.by_state);
+  a.delta = a.inverse * (j.transpose() * p.linear.residual) + a.by_state * dx;
   return a;
 }
 
 Eigen::Matrix<double, 12, 12> joint_covariance(const AttitudeGivenState& a, const Covariance& states) {
   Eigen::Matrix<double, 12, 12> c;
-  const Index n = states.rows();
-  AttitudeByState cross(3, n);
-  stats::set_product(a.by_state, states, cross);
-  for (Index i = 0; i < 3; ++i) {
-    for (Index j = 0; j < 3; ++j) {
-      double sum = 0;
-      for (Index l = 0; l < n; ++l) sum += cross(i, l) * a.by_state(j, l);
-      c(i, j) = a.inverse(i, j) + sum;
-    }
-    for (Index j = 0; j < kChainStates; ++j) c(i, 3 + j) = c(3 + j, i) = cross(i, j);
-  }
-  for (Index i = 0; i < kChainStates; ++i)
-    for (Index j = 0; j < kChainStates; ++j) c(3 + i, 3 + j) = states(i, j);
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12> cross = a.by_state * states;
+  c.topLeftCorner<3, 3>() = a.inverse + cross * a.by_state.transpose();
+  c.topRightCorner<3, kChainStates>() = cross.leftCols<kChainStates>();
+  c.bottomLeftCorner<kChainStates, 3>() = cross.leftCols<kChainStates>().transpose();
+  c.bottomRightCorner<kChainStates, kChainStates>() = states.topLeftCorner<kChainStates, kChainStates>();
   return c;
 }
 
@@ -195,24 +133,14 @@ Pass pass(const Model& m, const Readings& readings, const Point& at) {
   }
   out.smoothed = after;
   const State f = transition(m);
-  const Index states = f.size();
-  Covariance more, by_more(states, states), from_next(states, states);
   for (std::size_t back = 1; back < n; ++back) {
     const std::size_t k = n - 1 - back;
     // Gain P F' P(k+1|k)^-1, from the factor of the predicted covariance.
     const Covariance gain =
-        stats::cholesky(before[k + 1].covariance).solve(carried_on(f, after[k].covariance)).transpose();
+        stats::cholesky(before[k + 1].covariance).solve(f.asDiagonal() * after[k].covariance).transpose();
     Gaussian& s = out.smoothed[k];
-    const State away = out.smoothed[k + 1].mean - before[k + 1].mean;
-    for (Index i = 0; i < states; ++i) {
-      double sum = 0;
-      for (Index j = 0; j < states; ++j) sum += gain(i, j) * away[j];
-      s.mean[i] += sum;
-    }
-    more = out.smoothed[k + 1].covariance - before[k + 1].covariance;
-    stats::set_product(gain, more, by_more);
-    stats::set_product(gain, Covariance(by_more.transpose()), from_next);
-    s.covariance += from_next.transpose();
+    s.mean += gain * (out.smoothed[k + 1].mean - before[k + 1].mean);
+    s.covariance += gain * (out.smoothed[k + 1].covariance - before[k + 1].covariance) * gain.transpose();
   }
   return out;
 }

@@ -1,6 +1,5 @@
 #include "estimate/msa.h"
 #include "stats/linear_algebra.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::estimate {
 namespace {
@@ -22,9 +21,8 @@ InY equations(const MsaData& data, const std::array<double, 6>& x, const Matrix6
       out.matrix(i, j) = out.matrix(j, i) =
           e.matrix[simd::packed(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
   }
-  const Matrix6 transposed = to_x.transpose();
-  out.gradient = stats::product_by_halves(transposed, out.gradient);
-  out.matrix = stats::product_by_halves(stats::product_by_halves(transposed, out.matrix), to_x);
+  out.gradient = to_x.transpose() * out.gradient;
+  out.matrix = to_x.transpose() * out.matrix * to_x;
   return out;
 }
 
@@ -34,9 +32,7 @@ std::optional<Matrix6> inverse_root(const Matrix6& matrix) {
   if (!matrix.allFinite()) return std::nullopt;
   const stats::SymmetricEigen eigen = stats::symmetric_eigen(Eigen::MatrixXd(matrix));
   if (!(eigen.values[0] > 1e-12 * eigen.values[5])) return std::nullopt;
-  Matrix6 root = eigen.vectors;
-  for (int i = 0; i < 6; ++i) root.col(i) *= 1 / std::sqrt(eigen.values[i]);
-  return root;
+  return Matrix6(eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal());
 }
 
 /// Third and fourth derivatives of the expected cost, by differences of the matrix along the two weak directions.
@@ -127,8 +123,7 @@ std::optional<MsaValley> msa_valley(const std::vector<survey::StationFields>& tr
   v.x = expansion->x;
   const std::optional<Matrix6> to_x = inverse_root(equations(data, v.x, Matrix6::Identity()).matrix);
   if (!to_x) return std::nullopt;
-  const Eigen::Matrix<double, 6, 4> strong = to_x->rightCols<4>();
-  const Matrix6 across = stats::product_by_halves(strong, Eigen::Matrix<double, 4, 6>(strong.transpose()));
+  const Matrix6 across = to_x->rightCols<4>() * to_x->rightCols<4>().transpose();
   for (std::size_t i = 0; i < 36; ++i) {
     const auto row = static_cast<Eigen::Index>(i / 6), column = static_cast<Eigen::Index>(i % 6);
     v.to_x[i] = (*to_x)(row, column);

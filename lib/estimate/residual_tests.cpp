@@ -8,8 +8,6 @@
 
 #include "base/units.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::estimate {
 
@@ -17,17 +15,6 @@ using Eigen::Index;
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
-
-namespace {
-
-/// factor a a'
-template <int Columns>
-Matrix2d scaled_square(double factor, const Eigen::Matrix<double, 2, Columns>& a) {
-  return stats::product_by_halves(Eigen::Matrix<double, 2, Columns>(factor * a),
-                                  Eigen::Matrix<double, Columns, 2>(a.transpose()));
-}
-
-}  // namespace
 
 double ResidualTests::variance_factor() const { return redundancy > 0 ? statistic / redundancy : kNaN; }
 
@@ -43,37 +30,36 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
   for (std::size_t k = 0; k < misfits.size(); ++k) {
     const FieldMisfit& m = misfits[k];
     const Eigen::Vector3d u = survey::to_eigen(stations[k].down_T);
-    const Eigen::Matrix<double, 2, 3> by_tilt =
-        stats::product_by_halves(m.by_down, Matrix3d(Matrix3d::Identity() - u * u.transpose()));
+    const Eigen::Matrix<double, 2, 3> by_tilt = m.by_down * (Matrix3d::Identity() - u * u.transpose());
     const Matrix2d by_reference = m.by_reference * reference_sd.asDiagonal();
-    Matrix2d q = scaled_square(noise.magnetometer * noise.magnetometer, m.by_magnetometer) +
-                 scaled_square(noise.down * noise.down, by_tilt);
-    if (noise.reference_per_station) q += scaled_square(1, by_reference);
+    Matrix2d q = noise.magnetometer * noise.magnetometer * m.by_magnetometer * m.by_magnetometer.transpose() +
+                 noise.down * noise.down * by_tilt * by_tilt.transpose();
+    if (noise.reference_per_station) q += by_reference * by_reference.transpose();
     Matrix2d lower = Matrix2d::Zero();  // Cholesky factor of Q_k
     lower(0, 0) = std::sqrt(q(0, 0));
     lower(1, 0) = q(1, 0) / lower(0, 0);
     lower(1, 1) = std::sqrt(q(1, 1) - lower(1, 0) * lower(1, 0));
     whiten.push_back(lower.inverse());
     const auto row = static_cast<Index>(2 * k);
-    a.block<2, 6>(row, 0) = stats::product_by_halves(whiten[k], m.by_parameters);
-    if (!noise.reference_per_station) a.block<2, 2>(row, 6) = stats::product_by_halves(whiten[k], by_reference);
-    v.segment<2>(row) = stats::product_by_halves(whiten[k], m.residual);
+    a.block<2, 6>(row, 0) = whiten[k] * m.by_parameters;
+    if (!noise.reference_per_station) a.block<2, 2>(row, 6) = whiten[k] * by_reference;
+    v.segment<2>(row) = whiten[k] * m.residual;
   }
   a.bottomRightCorner<2, 2>().setIdentity();
   for (Index c = 0; c < 6; ++c) a.col(c) /= std::max(a.col(c).norm(), std::numeric_limits<double>::min());
 
   const Eigen::MatrixXd q = stats::orthonormal_columns(a);
-  const Eigen::VectorXd left = v - stats::times(q, stats::transpose_times(q, v));  // whitened M v
+  const Eigen::VectorXd left = v - q * (q.transpose() * v);  // whitened M v
   ResidualTests t;
   t.redundancy = static_cast<int>(2 * n - 6);
   t.statistic = t.redundancy > 0 ? left.squaredNorm() : 0;
   for (std::size_t k = 0; k < misfits.size(); ++k) {
     const auto row = static_cast<Index>(2 * k);
     const Eigen::Matrix<double, 2, kUnknowns> own = q.middleRows<2>(row);
-    const Matrix2d checked = Matrix2d::Identity() - scaled_square(1, own), transposed = whiten[k].transpose();
-    const Matrix2d m = stats::product_by_halves(stats::product_by_halves(transposed, checked), whiten[k]);
-    const Matrix2d unchecked = stats::product_by_halves(transposed, whiten[k]);
-    const Vector2d mv = stats::product_by_halves(transposed, Vector2d(left.segment<2>(row)));
+    const Matrix2d checked = Matrix2d::Identity() - own * own.transpose();
+    const Matrix2d m = whiten[k].transpose() * checked * whiten[k];
+    const Matrix2d unchecked = whiten[k].transpose() * whiten[k];
+    const Vector2d mv = whiten[k].transpose() * left.segment<2>(row);
     t.pull.push_back(mv);
     t.precision.push_back(m);
     t.w.push_back(Vector2d::Constant(kNaN));

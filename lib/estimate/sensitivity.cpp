@@ -9,8 +9,6 @@
 #include "estimate/field_fit.h"
 #include "estimate/field_misfit.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::estimate {
 
@@ -18,7 +16,6 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using stats::product_by_halves;
 
 namespace {
 
@@ -36,7 +33,7 @@ double condition_of(const Eigen::MatrixXd& normal, double visible) {
 /// a a'
 template <int Inner>
 Matrix8d square(const Eigen::Matrix<double, 8, Inner>& a) {
-  return product_by_halves(a, Eigen::Matrix<double, Inner, 8>(a.transpose()));
+  return a.lazyProduct(a.transpose());
 }
 
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`. Without derivatives where singular.
@@ -56,7 +53,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
     jacobian[k].leftCols<3>() = misfits[k].by_parameters.leftCols<3>() / total;
     jacobian[k].middleCols<3>(3) = misfits[k].by_parameters.rightCols<3>();
     jacobian[k].rightCols<2>() = misfits[k].by_reference * z_unit.asDiagonal() / total;
-    normal += product_by_halves(product_by_halves(Matrix82d(jacobian[k].transpose()), w), jacobian[k]);
+    normal += jacobian[k].transpose() * w * jacobian[k];
   }
   // Priors are on p - 1 and q, p = 1 / gain and q = bias / gain.
   Matrix6d dpq = Matrix6d::Zero();
@@ -98,11 +95,10 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   s.by_down.reserve(n);
   s.by_reference.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const Matrix82d pull =
-        product_by_halves(product_by_halves(inverse, Matrix82d(jacobian[k].transpose())), w) / -total;
-    s.by_magnetometer.push_back(product_by_halves(pull, misfits[k].by_magnetometer));
-    s.by_down.push_back(product_by_halves(pull, misfits[k].by_down));
-    Matrix82d by_reference = product_by_halves(pull, misfits[k].by_reference);
+    const Matrix82d pull = inverse * jacobian[k].transpose() * w / -total;
+    s.by_magnetometer.push_back(pull * misfits[k].by_magnetometer);
+    s.by_down.push_back(pull * misfits[k].by_down);
+    Matrix82d by_reference = pull * misfits[k].by_reference;
     // The reference's own error; one draw that holds for all stations counts once, at the first.
     if (k == 0) by_reference.bottomRows<2>() += Matrix2d::Identity();
     s.by_reference.push_back(by_reference);
@@ -110,7 +106,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   s.by_truth = -inverse.leftCols<6>() * prior;
   // The deviation of a parameter that is held at 1 or 0 remains in the readings: the unknowns absorb the part of its
   // effect that looks like theirs.
-  for (const int h : held) stats::set_product(inverse, by_readings.col(h), s.by_truth.col(h));
+  for (const int h : held) s.by_truth.col(h) = inverse * by_readings.col(h);
   s.by_truth.rightCols<3>() /= total;
   s.shift = -inverse.leftCols<6>() * dpq.transpose() * weight.cwiseProduct(pq);
   for (const int h : held) {
@@ -200,16 +196,14 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
   truth_sd.head<3>().setConstant(errors.gain);
   for (int axis = 0; axis < 3; ++axis) truth_sd[3 + axis] = errors.bias_sd(axis);
   const Matrix86d t = s.by_truth * truth_sd.asDiagonal();
-  Matrix8d c;
-  stats::set_product(t, Eigen::Matrix<double, 6, 8>(t.transpose()), c);
+  Matrix8d c = square(t);
   const Vector2d reference_sd(errors.total, errors.dip);
   Matrix82d common = Matrix82d::Zero();
   for (std::size_t k = 0; k < stations.size(); ++k) {
     const Matrix83d m = errors.magnetometer * s.by_magnetometer[k];
     c += square(m);
     const Vector3d u = survey::to_eigen(stations[k].down_T);
-    const Matrix83d d =
-        product_by_halves(Matrix83d(errors.down * s.by_down[k]), Matrix3d(Matrix3d::Identity() - u * u.transpose()));
+    const Matrix83d d = errors.down * s.by_down[k] * (Matrix3d::Identity() - u * u.transpose());
     c += square(d);
     const Matrix82d r = s.by_reference[k] * reference_sd.asDiagonal();
     if (errors.reference_per_station)

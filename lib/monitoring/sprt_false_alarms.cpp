@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include "base/units.h"
-#include "stats/matrices.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::monitoring {
@@ -54,7 +53,7 @@ std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, do
   for (int i = 0; i < samples; ++i) {
     accepted += atom * zero_to_upper + to_upper.dot(f);
     const double next_atom = atom * zero_to_lower + to_lower.dot(f);
-    f = stats::times(kernel, f) + atom * from_zero;
+    f = kernel * f + atom * from_zero;
     atom = next_atom;
     by_sample.push_back(accepted);
   }

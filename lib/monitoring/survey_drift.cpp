@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-
-#include "stats/small_matrix.h"
 
 namespace surveymc::monitoring {
 
@@ -33,9 +32,10 @@ double BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, co
   const Eigen::Vector3d scale = s.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * s * scale.asDiagonal();
   const Eigen::Matrix<double, 3, 6> left = scale.asDiagonal() * h * predicted;
-  const stats::SmallCholesky<3> factor(scaled);
-  Eigen::Matrix3d w;  // the inverse of its lower triangle
-  for (Eigen::Index j = 0; j < 3; ++j) w.col(j) = factor.solve_lower(Eigen::Vector3d::Unit(j));
+  // The inverse of its triangular factor, column by column: Eigen unrolls what has one column.
+  const Eigen::LLT<Eigen::Matrix3d> factor(scaled);
+  Eigen::Matrix3d w;
+  for (Eigen::Index j = 0; j < 3; ++j) w.col(j) = factor.matrixL().solve(Eigen::Vector3d(Eigen::Vector3d::Unit(j)));
   const Eigen::Matrix<double, 3, 6> solved = w.transpose() * (w * left);
   const Eigen::Matrix<double, 6, 3> gain = solved.transpose() * scale.asDiagonal();
   const Eigen::Vector3d innovation = y - h * bias_;
@@ -51,7 +51,7 @@ double normalised_error(const Vector6& error, const Matrix6& covariance) {
   const Vector6 scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const Vector6 e = scale.cwiseProduct(error);
   const Matrix6 scaled = scale.asDiagonal() * covariance * scale.asDiagonal();
-  return stats::SmallCholesky<6>(scaled).solve_lower(e).squaredNorm();
+  return scaled.llt().matrixL().solve(e).squaredNorm();
 }
 
 }  // namespace surveymc::monitoring

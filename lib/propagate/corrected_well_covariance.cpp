@@ -1,6 +1,5 @@
 #include "propagate/corrected_well_covariance.h"
 
-#include "stats/matrices.h"
 #include "survey/position_method.h"
 
 namespace surveymc::propagate {
@@ -19,11 +18,9 @@ AzimuthDerivatives azimuth_derivatives(const survey::StationFields& station) {
 
 MatrixXd covariance_with_estimate(const MatrixXd& own, const MatrixXd& by_parameters,
                                   const Matrix6d& parameters_by_draws, const Matrix6d& parameter_covariance) {
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> transposed = by_parameters.transpose();
-  const MatrixXd mixed = stats::product_over<6>(own * parameters_by_draws.transpose(), transposed),
-                 of_own = stats::product_transpose(own, own),
-                 of_parameters = stats::product_over<6>(by_parameters * parameter_covariance, transposed);
-  return of_own + mixed + mixed.transpose() + of_parameters;
+  const MatrixXd mixed = own * parameters_by_draws.transpose() * by_parameters.transpose();
+  return own * own.transpose() + mixed + mixed.transpose() +
+         by_parameters * parameter_covariance * by_parameters.transpose();
 }
 
 std::vector<Matrix3d> position_covariances(const std::vector<double>& md,

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "simd/dual.h"
-#include "stats/matrices.h"
 
 namespace surveymc::propagate {
 namespace {
@@ -37,8 +36,8 @@ struct StationSums {
 
   /// Covariance of the stations k - 1 and k.
   Matrix8d pair(std::size_t k) const {
-    const Eigen::MatrixXd rows = lasting.middleRows(4 * static_cast<Eigen::Index>(k - 1), 8);
-    Matrix8d s = stats::product_transpose(rows, rows);
+    const auto rows = lasting.middleRows(4 * static_cast<Eigen::Index>(k - 1), 8);
+    Matrix8d s = rows * rows.transpose();
     s.topLeftCorner<4, 4>() += blocks[k - 1];
     s.bottomRightCorner<4, 4>() += blocks[k];
     return s;
@@ -124,7 +123,7 @@ PointMoments second_order_moments(const WellErrors& errors, const WellPoint& poi
       hu[a].middleRows<4>(4 * k) += before[a][i] * s.lasting.middleRows<4>(4 * k - 4);
       hu[a].middleRows<4>(4 * k - 4) += before[a][i].transpose() * s.lasting.middleRows<4>(4 * k);
     }
-    uhu[a] = stats::transpose_product(s.lasting, hu[a]);
+    uhu[a] = s.lasting.transpose() * hu[a];
   }
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = a; b < 3; ++b) {

@@ -2,8 +2,6 @@
 
 #include <cassert>
 
-#include "stats/matrices.h"
-
 namespace surveymc::propagate {
 
 using Eigen::Matrix3d;
@@ -11,7 +9,10 @@ using Eigen::Matrix3d;
 namespace {
 
 /// (D Y)(D Y)'
-Matrix3d square(const Matrix3d& d, const Eigen::Matrix3Xd& y) { return stats::square(d * y); }
+Matrix3d square(const Matrix3d& d, const Eigen::Matrix3Xd& y) {
+  const Eigen::Matrix3Xd x = d * y;
+  return x * x.transpose();
+}
 
 }  // namespace
 
@@ -28,7 +29,7 @@ std::vector<Matrix3d> propagate_tangent_errors(const std::vector<double>& md,
       method, md, tangents, [&](std::size_t k, const survey::IntervalDerivatives& d, const Matrix3d& arriving) {
         constant += d.by_from * errors[k - 1].constant + d.by_to * errors[k].constant;
         independent += square(arriving + d.by_from, errors[k - 1].independent);
-        covariances[k] = stats::square(constant) + independent + square(d.by_to, errors[k].independent);
+        covariances[k] = constant * constant.transpose() + independent + square(d.by_to, errors[k].independent);
       });
   return covariances;
 }

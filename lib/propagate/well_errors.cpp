@@ -9,7 +9,6 @@
 #include "base/units.h"
 #include "propagate/tool_weights.h"
 #include "simd/dual.h"
-#include "stats/matrices.h"
 #include "survey/survey.h"
 
 namespace surveymc::propagate {
@@ -282,7 +281,7 @@ Eigen::MatrixXd source_sds(const WellErrors& errors, std::size_t last, FirstOrde
   return sd;
 }
 
-Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects) { return stats::square(effects); }
+Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects) { return effects * effects.transpose(); }
 
 Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects, const ErrorSource& source) {
   Eigen::Matrix3d c = Eigen::Matrix3d::Zero();

@@ -7,7 +7,6 @@
 
 #include "base/units.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::proximity {
 namespace {
@@ -119,7 +118,7 @@ double touching_beta(const Vector3d& r, const Matrix3d& c, double radii, Vector3
 }
 
 Eigen::VectorXd design_of(const Eigen::Matrix3Xd& j, const Vector3d& r, const Vector3d& q) {
-  const auto eigen = stats::symmetric_eigen(stats::square(j));
+  const auto eigen = stats::symmetric_eigen(Matrix3d(j * j.transpose()));
   Vector3d x = Vector3d::Zero();
   for (int i = 0; i < 3; ++i)
     if (eigen.values[i] > kNoVariance * eigen.values[2])

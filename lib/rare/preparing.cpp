@@ -8,7 +8,6 @@
 #include "random/rare_channels.h"
 #include "rare/subset_simulation.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::rare {
 namespace {
@@ -149,8 +148,8 @@ Proposal looking_proposal(const std::vector<DesignPoint>& designs, const MatrixX
   std::vector<Component> all;
   const std::vector<double> shares = shares_of(designs);
   for (std::size_t k = 0; k < designs.size(); ++k)
-    all.push_back(unit_component(ComponentKind::shifted, (1 - wide_share) * shares[k],
-                                 stats::transpose_times(basis, designs[k].z), 1, static_cast<int>(k)));
+    all.push_back(unit_component(ComponentKind::shifted, (1 - wide_share) * shares[k], basis.transpose() * designs[k].z,
+                                 1, static_cast<int>(k)));
   all.push_back(unit_component(ComponentKind::wide, wide_share, VectorXd::Zero(basis.cols()), wide_sd, -1));
   return {basis, all};
 }
@@ -231,7 +230,7 @@ MatrixXd basis_of(const std::vector<DesignPoint>& designs, int n) {
   MatrixXd basis(n, 0);
   for (const DesignPoint& d : designs) {
     VectorXd rest = d.z;
-    for (int twice = 0; twice < 2; ++twice) rest -= stats::times(basis, stats::transpose_times(basis, rest));
+    for (int twice = 0; twice < 2; ++twice) rest -= basis * (basis.transpose() * rest);
     if (rest.norm() < kNew * d.beta) continue;
     basis.conservativeResize(n, basis.cols() + 1);
     basis.col(basis.cols() - 1) = rest.normalized();
@@ -264,15 +263,15 @@ Proposal adapt_proposal(const LimitState& state, const random::Stream& stream, c
   };
   std::vector<Adapted> adapted;
   for (std::size_t k = 0; k < modes; ++k)
-    adapted.push_back({shifted[k], stats::transpose_times(basis, designs[k].z), MatrixXd::Identity(r, r)});
+    adapted.push_back({shifted[k], basis.transpose() * designs[k].z, MatrixXd::Identity(r, r)});
   const auto proposal_of = [&] {
     std::vector<Component> all;
     for (std::size_t k = 0; k < modes; ++k)
       all.push_back({ComponentKind::adapted, o.adapted * adapted[k].share, adapted[k].mean, adapted[k].root,
                      static_cast<int>(k)});
     for (std::size_t k = 0; k < modes; ++k)
-      all.push_back(unit_component(ComponentKind::shifted, o.shifted * shifted[k],
-                                   stats::transpose_times(basis, designs[k].z), 1, static_cast<int>(k)));
+      all.push_back(unit_component(ComponentKind::shifted, o.shifted * shifted[k], basis.transpose() * designs[k].z, 1,
+                                   static_cast<int>(k)));
     all.push_back(unit_component(ComponentKind::wide, o.wide, VectorXd::Zero(r), wide_sd, -1));
     return Proposal(basis, all);
   };

@@ -10,7 +10,6 @@
 #include "reliability/minimum.h"
 #include "simd/dual.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -115,9 +114,7 @@ LinearisedConditions linearise_conditions(const AdjustmentModel& m, std::size_t 
 
 /// Misclosures at the readings, of conditions that are linear around `y` less `difference`.
 VectorXd misclosures(const LinearisedConditions& l, const VectorXd& difference) {
-  VectorXd w = l.values;
-  stats::add_times(l.jacobian, difference, w);
-  return w;
+  return l.values + l.jacobian * difference;
 }
 
 }  // namespace
@@ -175,9 +172,9 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
     const LinearisedConditions l = linearise_conditions(model, stations, in.references, adjusted);
     const VectorXd w = misclosures(l, y - adjusted);
     const MatrixXd weighted = variances.asDiagonal() * l.jacobian.transpose();
-    const MatrixXd covariance = stats::product(l.jacobian, weighted);
+    const MatrixXd covariance = l.jacobian * weighted;
     const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    const stats::Cholesky factor = stats::cholesky(stats::scaled(covariance, scale));
+    const stats::Cholesky factor = stats::cholesky(scale.asDiagonal() * covariance * scale.asDiagonal());
     VectorXd t = factor.solve_lower(scale.cwiseProduct(w));
     VectorXd error = VectorXd::Zero(n);  // of the observations that are left out
     if (!out.empty()) {
@@ -187,11 +184,11 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
       z = factor.solve_lower(scale.asDiagonal() * z);
       constexpr double kLeastPivot = 1e-5;  // as for redundancy numbers: 1e-10 in the square
       const VectorXd size = stats::least_squares_solution(z, t, kLeastPivot);
-      t -= stats::times(z, size);
+      t -= z * size;
       for (std::size_t k = 0; k < out.size(); ++k)
         error[out[k]] = size[static_cast<Index>(k)] * std::sqrt(variances[out[k]]);
     }
-    const VectorXd residuals = stats::product(weighted, scale.asDiagonal() * factor.solve_upper(t));
+    const VectorXd residuals = weighted * (scale.asDiagonal() * factor.solve_upper(t));
     VectorXd next = y - residuals - error;
     for (const Index k : out) next[k] = y[k] - error[k];
     a.residuals = y - next;

@@ -10,7 +10,6 @@
 #include "reliability/conditions.h"
 #include "reliability/reliability_grid.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::reliability {
@@ -143,7 +142,7 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
 
 /// Of one station, z in units of its sd: `columns` are the misclosures by these.
 MatrixXd information_of(const StationTerms& t, const MatrixXd& columns) {
-  return stats::product_over<3>(columns.transpose() * t.weight, columns);
+  return columns.transpose() * t.weight * columns;
 }
 
 SharedTerms shared_terms(const AdjustmentModel& model, const std::vector<StationTerms>& terms) {
@@ -208,17 +207,15 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     e.lost += at.lost_position;
     e.adjusted += direct - at.position * (at.residuals * c);
   };
-  const auto information = [&](const Error& e) {
-    return shared ? e.information - e.s.dot(stats::times(p, e.s)) : e.information;
-  };
+  const auto information = [&](const Error& e) { return shared ? e.information - e.s.dot(p * e.s) : e.information; };
   const auto detectable = [&](const Error& e, double variance) {
     const double i = information(e);
     return i * variance >= kLeastRedundancy ? lambda0 / std::sqrt(i) : kInfinity;
   };
   const auto position = [&](const Error& e, double size, double variance) {
     const Vector3d moved = !std::isfinite(size) ? e.direct
-                           : shared ? Vector3d(e.adjusted + stats::times(position_by_z, stats::times(p, e.s)))
-                                    : e.adjusted;
+                           : shared             ? Vector3d(e.adjusted + position_by_z * (p * e.s))
+                                                : e.adjusted;
     const Vector3d lost = reach(e.lost, 1, kInfinity);
     return Vector3d((lost.array() == 0).select(reach(moved, std::sqrt(variance), size), lost));
   };
@@ -246,8 +243,8 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       Eigen::Matrix<double, 6, 1> left = Eigen::Matrix<double, 6, 1>::Zero();  // of the error, in the readings
       if (reading) left[column] = 1;
       if (std::isfinite(size)) {
-        const VectorXd z = shared ? stats::times(p, e.s) : VectorXd(VectorXd::Zero(width));
-        left -= at.residuals * (c - stats::times(at.shared, z));
+        const VectorXd z = shared ? VectorXd(p * e.s) : VectorXd(VectorXd::Zero(width));
+        left -= at.residuals * (c - at.shared * z);
         if (width > 3) left -= z.segment<6>(3) + z.tail<6>().cwiseProduct(at.values);
       }
       const Vector3d angles = reach(at.angles * left, sd, size);
@@ -351,7 +348,7 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
     const MatrixXd by_shared = shared_->z.position - (own.position * own.residuals * own.shared - own.shared_position);
-    found.position += stats::times(by_shared, e.shared_errors.cwiseQuotient(shared_->unit));
+    found.position += by_shared * e.shared_errors.cwiseQuotient(shared_->unit);
   }
   return found;
 }

@@ -8,7 +8,6 @@
 
 #include "stats/descent.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -356,7 +355,7 @@ class OmegaProblem {
     constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
     const Linear& l = linear();
     const VectorXd scale = scale_of(l);
-    const MatrixXd h = stats::scaled(l.hessian, scale);
+    const MatrixXd h = scale.asDiagonal() * l.hessian * scale.asDiagonal();
     if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
     const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
     // Down to steps so small even where one unit of `along` is many turns: an unknown that no observation shows
@@ -375,7 +374,7 @@ class OmegaProblem {
   /// that the descent ends, if need be at a saddle.
   static stats::Cholesky factor_of(const MatrixXd& a, const VectorXd& scale, double damping, bool is_square) {
     constexpr double kLeastPivot = 1e-12, kLittle = 1e-10;  // J'J has 1 on its diagonal
-    const MatrixXd of_scaled = stats::scaled(a, scale);
+    const MatrixXd of_scaled = scale.asDiagonal() * a * scale.asDiagonal();
     const stats::Cholesky factor = stats::cholesky(with_diagonal(of_scaled, damping));
     if (!is_square || (factor.positive_definite() && factor.lower().diagonal().minCoeff() > std::sqrt(kLeastPivot)))
       return factor;

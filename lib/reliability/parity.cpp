@@ -8,7 +8,6 @@
 #include "base/units.h"
 #include "reliability/station_kernel.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -37,14 +36,10 @@ MatrixXd base_of(MatrixXd z) {
       }
     if (best < 0) break;
     VectorXd q = z.col(best).normalized();
-    if (base.cols() > 0) {  // once more: orthogonal to rounding
-      q -= stats::times(base, stats::transpose_times(base, q));
-      q.normalize();
-    }
+    if (base.cols() > 0) q = (q - base * (base.transpose() * q)).normalized();  // once more: orthogonal to rounding
     base.conservativeResize(Eigen::NoChange, base.cols() + 1);
     base.rightCols<1>() = q;
-    const VectorXd along = stats::transpose_times(z, q);
-    for (Index j = 0; j < z.cols(); ++j) z.col(j) -= along[j] * q;
+    z -= q * (q.transpose() * z);
   }
   return base;
 }
@@ -59,7 +54,7 @@ GeneralTest test_of(const ParityModel& m, const MatrixXd& z) {
   const MatrixXd base = base_of(z);
   const double r = static_cast<double>(base.cols()), redundancy = static_cast<double>(m.redundancy);
   if (base.cols() == 0) return {kNaN, kNaN, kNaN, 0};
-  const VectorXd along = stats::transpose_times(base, m.whitened), across = m.whitened - stats::times(base, along);
+  const VectorXd along = base.transpose() * m.whitened, across = m.whitened - base * along;
   const double t = along.squaredNorm(), rest = across.squaredNorm();
   const bool spent = m.redundancy <= base.cols() || !(rest > 0);
   return {t, spent ? kInfinity : (t / r) / (rest / (redundancy - r)), (t / r) / (m.omega() / redundancy), base.cols()};
@@ -68,10 +63,10 @@ GeneralTest test_of(const ParityModel& m, const MatrixXd& z) {
 }  // namespace
 
 ParityModel parity_model(const MatrixXd& conditions, const VectorXd& misclosures, const VectorXd& variance) {
-  const MatrixXd covariance = stats::product_transpose(conditions * variance.asDiagonal(), conditions);
+  const MatrixXd covariance = conditions * variance.asDiagonal() * conditions.transpose();
   // Conditions in different units (m/s2, nT, rad): one scale first
   const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const stats::Cholesky factor = stats::cholesky(stats::scaled(covariance, scale));
+  const stats::Cholesky factor = stats::cholesky(scale.asDiagonal() * covariance * scale.asDiagonal());
   if (!factor.positive_definite() || !scale.allFinite())
     throw std::invalid_argument("the covariance of the misclosures is not positive definite");
   ParityModel m;
@@ -86,8 +81,8 @@ ParityModel parity_model(const MatrixXd& conditions, const VectorXd& misclosures
 ParityModel without(const ParityModel& model, const std::vector<Index>& observations) {
   ParityModel m = model;
   const MatrixXd base = base_of(columns_of(model, observations));
-  m.whitened -= stats::times(base, stats::transpose_times(base, m.whitened));
-  m.columns -= stats::product(base, stats::transpose_product(base, m.columns));
+  m.whitened -= base * (base.transpose() * m.whitened);
+  m.columns -= base * (base.transpose() * m.columns);
   m.redundancy -= base.cols();
   for (const Index i : observations) m.columns.col(i).setZero();
   if (m.redundancy == 0) {
@@ -105,12 +100,12 @@ VectorXd redundancy_numbers(const ParityModel& m) {
 VectorXd sensitivities(const ParityModel& m) { return m.columns.colwise().norm(); }
 
 VectorXd w_statistics(const ParityModel& m) {
-  const VectorXd along = stats::transpose_times(m.columns, m.whitened), size = sensitivities(m);
+  const VectorXd along = m.columns.transpose() * m.whitened, size = sensitivities(m);
   return (size.array() > 0).select(along.cwiseQuotient(size), 0);
 }
 
 VectorXd estimated_errors(const ParityModel& m) {
-  const VectorXd along = stats::transpose_times(m.columns, m.whitened), squares = m.columns.colwise().squaredNorm();
+  const VectorXd along = m.columns.transpose() * m.whitened, squares = m.columns.colwise().squaredNorm();
   return (squares.array() > 0).select(along.cwiseQuotient(squares), kNaN);
 }
 
@@ -119,7 +114,7 @@ MatrixXd test_correlations(const ParityModel& m) {
   MatrixXd unit = m.columns;
   for (Index i = 0; i < unit.cols(); ++i)
     if (size[i] > 0) unit.col(i) /= size[i];
-  MatrixXd rho = stats::transpose_product(unit, unit);
+  MatrixXd rho = unit.transpose() * unit;
   rho.diagonal().setOnes();
   return rho.cwiseMin(1.0).cwiseMax(-1.0);
 }
@@ -129,7 +124,7 @@ GeneralTest general_test(const ParityModel& m, const std::vector<Index>& observa
 }
 
 GeneralTest general_test(const ParityModel& m, const MatrixXd& directions) {
-  return test_of(m, stats::product(m.columns, directions));
+  return test_of(m, m.columns * directions);
 }
 
 VectorXd pope_statistics(const ParityModel& m) {
@@ -141,7 +136,7 @@ WeakestCombination weakest_combination(const ParityModel& m, const std::vector<I
   MatrixXd z = columns_of(m, observations);
   for (std::size_t k = 0; k < observations.size(); ++k)
     z.col(static_cast<Index>(k)) *= std::sqrt(m.variance[observations[k]]);
-  const stats::SymmetricEigen eigen = stats::symmetric_eigen(stats::transpose_product(z, z));
+  const stats::SymmetricEigen eigen = stats::symmetric_eigen(z.transpose() * z);
   VectorXd direction = eigen.vectors.col(0);
   Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
@@ -151,7 +146,7 @@ WeakestCombination weakest_combination(const ParityModel& m, const std::vector<I
 }
 
 double detectable_along(const ParityModel& m, const VectorXd& direction, double lambda0) {
-  const double size = stats::times(m.columns, direction).norm();
+  const double size = (m.columns * direction).norm();
   return size > 0 ? lambda0 / size : kInfinity;
 }
 

@@ -79,13 +79,6 @@ double chi_squared_p_value(double r, double statistic) {
 
 double w_p_value(double w) { return std::isnan(w) ? w : 2 * bm::cdf(bm::complement(Normal(), std::abs(w))); }
 
-double fisher_p_value(double r, double redundancy, double statistic) {
-  const double rest = redundancy - r;
-  if (std::isnan(statistic)) return statistic;
-  if (!(rest > 0)) return 1;
-  return std::isfinite(statistic) ? bm::cdf(bm::complement(FisherF(r, rest), std::max(0.0, statistic))) : 0;
-}
-
 DimensionLevel b_method_level(double r, double lambda0_squared, double power) {
   const double critical = bm::quantile(bm::complement(NonCentralChiSquared(r, lambda0_squared), power));
   return {bm::cdf(bm::complement(ChiSquared(r), critical)), critical};

@@ -44,7 +44,6 @@ double pope_critical(double redundancy, double alpha);
 /// Probability of a statistic at least as large, if there is no gross error. NaN of NaN: it speaks against nothing.
 double chi_squared_p_value(double r, double statistic);
 double w_p_value(double w);  ///< two-sided
-double fisher_p_value(double r, double redundancy, double statistic);
 
 /// B-method: levels of tests of r dimensions that find the same noncentrality lambda_0^2 with the same power.
 struct DimensionLevel {

@@ -2,13 +2,12 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "base/units.h"
 #include "reliability/reliability_grid.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
-#include "stats/small_matrix.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -34,12 +33,7 @@ Directions directions_of(const StationSines<double>& s) {
 }
 
 /// Inverse of a symmetric and positive definite matrix.
-Matrix3d inverse_of(const Matrix3d& a) {
-  const stats::SmallCholesky<3> factor(a);
-  Matrix3d x = Matrix3d::Identity();
-  for (Index column = 0; column < 3; ++column) factor.solve_in_place(&x(0, column));
-  return x;
-}
+Matrix3d inverse_of(const Matrix3d& a) { return a.llt().solve(Matrix3d::Identity()); }
 
 /// x / divisor where the divisor may be 0: an x that is only rounding gives 0.
 double over(double x, double divisor, double size) {
@@ -177,7 +171,7 @@ WeakestDirection weakest_direction(const Eigen::MatrixXd& information) {
   while (lengths[first] < lengths.maxCoeff() * (1 - 1e-9)) ++first;
   WeakestDirection w;
   w.redundancy = values[0] < kLeastRedundancy ? 0 : values[0];
-  w.direction = stats::times(space, space.row(first).transpose()) / lengths[first];
+  w.direction = space * space.row(first).transpose() / lengths[first];
   w.dimensions = (values.array() >= kLeastRedundancy).count();
   return w;
 }

@@ -1,16 +1,11 @@
 #include "stats/linear_algebra.h"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
 namespace surveymc::stats {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -19,22 +14,13 @@ SymmetricEigen symmetric_eigen(const MatrixXd& a) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-template <>
-SmallSymmetricEigen<2> symmetric_eigen(const Eigen::Matrix2d& a) {
-  // Tridiagonal as it is: Eigen's general way would reflect it by the identity.
-  const double largest = std::max({std::abs(a(0, 0)), std::abs(a(1, 0)), std::abs(a(1, 1))});
-  const double scale = largest == 0 ? 1 : largest;
-  const Eigen::Vector2d diagonal(a(0, 0) / scale, a(1, 1) / scale);
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-  solver.computeFromTridiagonal(diagonal, Eigen::Matrix<double, 1, 1>(a(1, 0) / scale));
-  return {solver.eigenvalues() * scale, solver.eigenvectors()};
-}
-
-template <>
-SmallSymmetricEigen<3> symmetric_eigen(const Eigen::Matrix3d& a) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(a);
+template <int N>
+SmallSymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& a) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> solver(a);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
+template SmallSymmetricEigen<2> symmetric_eigen(const Eigen::Matrix2d& a);
+template SmallSymmetricEigen<3> symmetric_eigen(const Eigen::Matrix3d& a);
 
 VectorXd symmetric_eigenvalues(const MatrixXd& a) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
@@ -58,26 +44,7 @@ VectorXd least_squares_solution(const MatrixXd& a, const VectorXd& b, double thr
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
   solver.setThreshold(threshold);
   solver.compute(a);
-  const Index rank = solver.rank(), unknowns = a.cols();
-  VectorXd x = VectorXd::Zero(unknowns);
-  if (rank == 0) return x;
-  // As solver.solve(b), whose reflections of a vector would be compiled anew.
-  MatrixXd c = b;
-  c.applyOnTheLeft(solver.householderQ().setLength(rank).adjoint());
-  x.head(rank) =
-      solver.matrixT().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(VectorXd(c.col(0).head(rank)));
-  const MatrixXd& z = solver.matrixQTZ();
-  for (Index k = 0; k < rank && rank < unknowns; ++k) {
-    const double tau = solver.zCoeffs()[k];
-    std::swap(x[k], x[rank - 1]);
-    double along = 0;
-    for (Index j = rank; j < unknowns; ++j) along += z(k, j) * x[j];
-    along += x[rank - 1];
-    x[rank - 1] -= tau * along;
-    for (Index j = rank; j < unknowns; ++j) x[j] -= tau * z(k, j) * along;
-    std::swap(x[k], x[rank - 1]);
-  }
-  return solver.colsPermutation() * x;
+  return solver.solve(b);
 }
 
 Cholesky cholesky(const MatrixXd& a) {

@@ -1,0 +1,35 @@
+/// Solutions and factors of lib/stats/linear_algebra.
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "stats/linear_algebra.h"
+
+using namespace surveymc::stats;
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+TEST_CASE("The shortest least-squares solution is that of the singular values", "[stats][linear_algebra]") {
+  for (const Index rank : {1, 2, 4}) {
+    const MatrixXd a = MatrixXd::Random(7, rank) * MatrixXd::Random(rank, 4);
+    const Eigen::VectorXd b = Eigen::VectorXd::Random(7);
+    const SymmetricEigen eigen = symmetric_eigen(a.transpose() * a);
+    Eigen::VectorXd shortest = Eigen::VectorXd::Zero(4);
+    for (Index i = 4 - rank; i < 4; ++i)
+      shortest += eigen.vectors.col(i) * (eigen.vectors.col(i).dot(a.transpose() * b) / eigen.values[i]);
+    CHECK((least_squares_solution(a, b, 1e-9) - shortest).norm() < 1e-10 * shortest.norm());
+  }
+  CHECK(least_squares_solution(MatrixXd::Zero(3, 2), Eigen::VectorXd::Ones(3), 1e-9).isZero());
+}
+
+TEST_CASE("Factors of symmetric matrices: inverse, solution, determinant", "[stats][linear_algebra]") {
+  MatrixXd a{{4, 1, 0}, {1, 3, 1}, {0, 1, 2}};
+  const SymmetricFactor f = symmetric_factor(a);
+  CHECK(f.positive_definite());
+  CHECK((f.inverse() * a - MatrixXd::Identity(3, 3)).norm() < 1e-14);
+  CHECK((a * f.solve(Eigen::Vector3d(1, 2, 3)) - Eigen::Vector3d(1, 2, 3)).norm() < 1e-14);
+  CHECK(std::abs(f.log_determinant() - std::log(18.0)) < 1e-14);
+  a(2, 2) = -2;
+  CHECK_FALSE(symmetric_factor(a).positive_definite());
+}
