@@ -6,6 +6,7 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "study/experiment.h"
+#include "study/sweep_columns.h"
 
 namespace surveymc::study {
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }

@@ -1,7 +1,6 @@
 #include "study/experiment.h"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -9,8 +8,10 @@
 #include "compare/family.h"
 #include "compare/sensitivity.h"
 #include "study/cost.h"
+#include "study/input_tables.h"
 #include "study/kept_points.h"
 #include "study/point_failure.h"
+#include "study/sweep_columns.h"
 #include "study/tally_sizes.h"
 
 namespace surveymc::study {
@@ -136,37 +137,6 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
   return run;
 }
 
-std::string unit_of_name(const std::string& name) {
-  const std::string suffix = name.substr(name.rfind('_') + 1);  // all of it without an underscore
-  for (const char* unit : {"m", "ft", "deg", "nT", "uT", "mps2", "mg", "s"})
-    if (suffix == unit && suffix.size() < name.size()) return suffix;
-  return "1";
-}
-
-namespace {
-
-/// Column with the sweep value `value` on `rows` rows.
-store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
-  if (const double* number = std::get_if<double>(&value.value))
-    return {value.key, unit_of_name(value.key), "sweep key", std::vector<double>(rows, *number)};
-  return {value.key, "", "sweep key", std::vector<std::string>(rows, std::get<std::string>(value.value))};
-}
-
-}  // namespace
-
-store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepValue>& sweep) {
-  if (sweep.empty()) return t;
-  store::Table all;
-  store::for_each_piece(t, [&](const store::Table& piece, std::size_t) {
-    store::Table part = piece;
-    std::vector<store::Column> keys;
-    for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, piece.rows()));
-    part.columns.insert(part.columns.begin(), keys.begin(), keys.end());
-    store::append_rows(all, part);
-  });
-  return all;
-}
-
 namespace {
 
 void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables) {
@@ -182,48 +152,6 @@ void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& table
     }
   }
 }
-
-constexpr const char* kPointAxis = "point";
-
-}  // namespace
-
-std::vector<store::Axis> sweep_axes(const config::Config& config) {
-  std::vector<store::Axis> axes;
-  const std::optional<std::vector<config::SweepDimension>> product = config.sweep_product();
-  if (!product) {
-    std::vector<double> numbers(config.point_count());
-    std::iota(numbers.begin(), numbers.end(), 0.0);
-    return {{kPointAxis, "1", "number of the point of the sweep", std::move(numbers)}};
-  }
-  for (const config::SweepDimension& d : *product) {
-    const bool number = std::holds_alternative<std::vector<double>>(d.values);
-    axes.push_back({d.key, number ? unit_of_name(d.key) : "", "sweep key", d.values});
-  }
-  return axes;
-}
-
-store::Table table_of_point(std::size_t point) {
-  return {kPointTable,
-          "values of the sweep's keys at each point",
-          {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}};
-}
-
-void drop_varying_axes(store::Map& all, std::size_t first, store::Map& more, std::size_t second) {
-  const auto drop = [](store::Map& from, std::size_t own, const store::Map& other) {
-    const auto varies = [&](const store::Axis& a) {
-      const bool is_single = std::visit([](const auto& values) { return values.size() == 1; }, a.values);
-      const auto alike = [&](const store::Axis& b) { return b.name == a.name && b.values == a.values; };
-      return is_single && std::none_of(other.axes.begin(), other.axes.end(), alike);
-    };
-    from.axes.erase(std::remove_if(from.axes.begin() + static_cast<std::ptrdiff_t>(own), from.axes.end(), varies),
-                    from.axes.end());
-  };
-  const store::Map before = {"", "", "", all.axes, {}};
-  drop(all, first, more);
-  drop(more, second, before);
-}
-
-namespace {
 
 void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, const std::vector<store::Axis>& sweep) {
   for (store::Map& m : maps) {
@@ -297,33 +225,6 @@ class Streams {
   std::vector<std::size_t> of_point_;                  // [stream] values of a point
   std::size_t missing_ = 0;                            // before the first point with values
 };
-
-store::Table table_of(const config::InputTable& in) {
-  store::Table t{in.path, "as read from " + in.path};
-  for (std::size_t c = 0; c < in.names.size(); ++c) {
-    t.columns.push_back({in.names[c], unit_of_name(in.names[c]), "column of the user's file", in.columns[c]});
-  }
-  return t;
-}
-
-/// One row a line of the text; joined by line feeds, the rows are the text again.
-store::Table table_of(const config::InputText& in) {
-  std::vector<std::string> lines;
-  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-    end = in.text.find('\n', begin);
-    lines.push_back(in.text.substr(begin, end - begin));
-  }
-  return {in.path, "as read from " + in.path, {{"line", "", "line of the file", std::move(lines)}}};
-}
-
-/// One row: hash, size and header, which identify the file.
-store::Table table_of(const config::InputReference& in) {
-  return {in.path,
-          "not stored, as it is too large: what identifies " + in.path,
-          {{"file_hash", "", "128-bit XXH3 of the bytes of the file, in hex", std::vector<std::string>{in.hash}},
-           {"size_bytes", "1", "bytes of the file", std::vector<std::int64_t>{static_cast<std::int64_t>(in.size)}},
-           {"header", "", "its first line that is no comment", std::vector<std::string>{in.header}}}};
-}
 
 }  // namespace
 
@@ -433,27 +334,6 @@ store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options,
   return result;
 }
 
-std::string without_place(const std::string& message) {
-  const std::size_t end = message.find(": ");
-  if (end == std::string::npos) return message;
-  const std::string place = message.substr(0, end);
-  const std::size_t colon = place.rfind(':');
-  const bool has_line = colon != std::string::npos && colon + 1 < place.size() &&
-                        place.find_first_not_of("0123456789", colon + 1) == std::string::npos;
-  return has_line ? message.substr(end + 2) : message;
-}
-
-PointResult failed_point(std::size_t point, const std::string& reason) {
-  return {{{kFailedPoints,
-            "points of the sweep that could not be run",
-            {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}},
-             {"reason", "", "what is wrong with it", std::vector<std::string>{reason}}}}},
-          {},
-          {}};
-}
-
-bool is_failed(const PointResult& r) { return r.tables.size() == 1 && r.tables.front().name == kFailedPoints; }
-
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r) {
   if (!is_failed(r)) {
     if (const std::optional<scenario::PlacedField> field = run.placed(point))
@@ -468,15 +348,7 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
 
 store::Result result_without_tables(const RunPlan& run) {
   store::Result result;
-  const auto add_inputs = [&](const auto& files) {
-    for (const auto& in : files) {
-      const store::Table t = table_of(in);
-      result.inputs.push_back({in.path, store::input_hash(t), t});
-    }
-  };
-  add_inputs(run.config.inputs());
-  add_inputs(run.config.input_texts());
-  add_inputs(run.config.input_references());
+  result.inputs = input_tables(run.config);
   store::Provenance& p = result.provenance;
   p.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
   p.experiment = run.experiment.name();

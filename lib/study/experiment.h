@@ -221,24 +221,8 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
                                         checkpoint::Journal* journal);
 
-/// What a point that cannot be run gives to a result: a row of the table failed_points.
-PointResult failed_point(std::size_t point, const std::string& reason);
-
 /// What a point gives to a result: with the tables of its reference field, and the sweep's keys as first columns.
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult result);
-/// True of failed_point().
-bool is_failed(const PointResult& result);
-
-/// The first axes of every map of a sweep: its keys in column order with their values in order of the points; of a
-/// design that is no product the number of the point.
-std::vector<store::Axis> sweep_axes(const config::Config& config);
-/// What the axis of such a design means: a row of a point, to which its keys are to be added.
-inline constexpr const char* kPointTable = "sweep_points";
-store::Table table_of_point(std::size_t point);
-/// Takes from two maps of one name the axes of length one that only one of them has, or that differ: the sweep's keys
-/// say what they did. `first`, `second`: how many axes are of the sweep.
-void drop_varying_axes(store::Map& all, std::size_t first, store::Map& more, std::size_t second);
-
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.
 store::Result result_without_tables(const RunPlan& run);
@@ -262,11 +246,5 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
 /// as in computed_points().
 store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint = {},
                       std::uint64_t* trials = nullptr);
-
-/// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
-std::string unit_of_name(const std::string& name);
-
-/// The table with these values as first columns, the same in every row. Without any: as it is.
-store::Table with_sweep_columns(store::Table table, const std::vector<config::SweepValue>& sweep);
 
 }  // namespace surveymc::study

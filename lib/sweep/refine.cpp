@@ -11,6 +11,7 @@
 #include "compare/family.h"
 #include "compare/sensitivity.h"
 #include "stats/order_statistics.h"
+#include "study/sweep_columns.h"
 
 namespace surveymc::sweep {
 namespace {

@@ -11,6 +11,7 @@
 #include "random/study_stream.h"
 #include "store/result_file.h"
 #include "study/parts.h"
+#include "study/sweep_columns.h"
 #include "temporary_folder.h"
 
 using namespace surveymc;
