@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "compare/trial_plan.h"
+#include "config/meanings.h"
 #include "scenario/reference_field.h"
 #include "scenario/station_sigmas.h"
 
@@ -21,7 +22,8 @@ std::vector<single_station::StationMethod> read_methods(config::ConfigReader& c,
                                                         const single_station::StationSigmas& sigmas) {
   const std::vector<std::string>& known = single_station::station_method_names();
   const std::vector<std::string> names =
-      c.has("methods") ? c.texts("methods") : std::vector<std::string>{"basic", "simple", "extended", "extended_bh"};
+      c.has("methods") ? c.texts("methods", "methods of the correction; without it all but 'optimising'")
+                       : std::vector<std::string>{"basic", "simple", "extended", "extended_bh"};
   std::vector<single_station::StationMethod> methods;
   for (const std::string& n : names) {
     c.require(std::find(known.begin(), known.end(), n) != known.end(), "methods",
@@ -35,8 +37,10 @@ std::vector<single_station::StationMethod> read_methods(config::ConfigReader& c,
 }
 
 void read_stations(config::ConfigReader& c, Scenario& s) {
-  const std::vector<double> inclination = c.grid("monte_carlo.inclination_deg", config::Range::closed(0, 180)),
-                            azimuth = c.grid("monte_carlo.magnetic_azimuth_deg", config::Range::closed(-360, 360));
+  const std::vector<double> inclination = c.grid("monte_carlo.inclination_deg", config::Range::closed(0, 180),
+                                                 "inclinations at which trials are drawn"),
+                            azimuth = c.grid("monte_carlo.magnetic_azimuth_deg", config::Range::closed(-360, 360),
+                                             "azimuths at which trials are drawn");
   const auto add = [&](double inclination_deg, double azimuth_deg) {
     s.station_inclination_deg.push_back(inclination_deg);
     s.station_azimuth_deg.push_back(azimuth_deg);
@@ -44,7 +48,9 @@ void read_stations(config::ConfigReader& c, Scenario& s) {
     if (std::sin(at.inclination) < kVertical) at.toolface = 0;  // there only azimuth + toolface can be read
     s.stations.push_back(at);
   };
-  if (c.choice("monte_carlo.stations", {"product", "profile"}, "product") == "profile") {
+  if (c.choice("monte_carlo.stations", {"product", "profile"},
+               "'product': each inclination with each azimuth; 'profile': the two lists side by side",
+               "product") == "profile") {
     c.require(azimuth.size() == inclination.size() || azimuth.size() == 1, "monte_carlo.magnetic_azimuth_deg",
               "of a profile: one for all stations, or as many as inclinations");
     for (std::size_t k = 0; k < inclination.size(); ++k) add(inclination[k], azimuth[azimuth.size() == 1 ? 0 : k]);
@@ -58,10 +64,11 @@ void read_stations(config::ConfigReader& c, Scenario& s) {
 
 std::vector<ExpectedVerdict> read_expected(config::ConfigReader& c, const Scenario& s) {
   std::vector<ExpectedVerdict> all;
-  for (config::ConfigReader& e : c.tables("expect_attitude")) {
+  for (config::ConfigReader& e :
+       c.tables("expect_attitude", "verdicts that are expected of attitudes in the table `verification`")) {
     ExpectedVerdict x;
-    x.methods = e.texts("methods");
-    x.quantities = e.texts("quantities");
+    x.methods = e.texts("methods", "methods that are meant");
+    x.quantities = e.texts("quantities", "quantities that are meant");
     for (const std::string& m : x.methods) {
       bool known = false;
       for (std::size_t k = 0; k < s.methods.size(); ++k) known = known || s.name_of(k) == m;
@@ -71,10 +78,12 @@ std::vector<ExpectedVerdict> read_expected(config::ConfigReader& c, const Scenar
       e.require(q == "azimuth" || q == "axial_magnetisation" || q == "over_tolerance", "quantities",
                 fmt::format("\"{}\" is none of azimuth, axial_magnetisation, over_tolerance", q));
     if (e.has("inclination_deg"))
-      x.inclination_deg = e.number_or_list("inclination_deg", config::Range::closed(0, 180));
+      x.inclination_deg = e.number_or_list("inclination_deg", config::Range::closed(0, 180),
+                                           "inclinations that are meant; without it all");
     if (e.has("magnetic_azimuth_deg"))
-      x.azimuth_deg = e.number_or_list("magnetic_azimuth_deg", config::Range::closed(-360, 360));
-    x.verdict = e.choice("verdict", {"agrees", "differs", "undecided"});
+      x.azimuth_deg = e.number_or_list("magnetic_azimuth_deg", config::Range::closed(-360, 360),
+                                       "azimuths that are meant; without it all");
+    x.verdict = e.choice("verdict", {"agrees", "differs", "undecided"}, config::meaning::kExpectedVerdict);
     if (e.matches_point("at")) all.push_back(std::move(x));
   }
   return all;
@@ -101,26 +110,36 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.sigmas = scenario::read_station_sigmas(c);
   s.methods = read_methods(c, s.sigmas);
   const config::Range any = config::Range::closed(-1e6, 1e6);
-  const std::vector<double> bias = c.numbers("error.magnetometer_bias_nT", any, 3, std::vector<double>{0, 0, 0});
-  s.errors = {{bias[0], bias[1], bias[2]},
-              c.number("error.axial_magnetisation_nT", any, 0.0),
-              c.number("error.horizontal_nT", any, 0.0),
-              c.number("error.vertical_nT", any, 0.0)};
-  s.toolface = c.number("toolface_deg", config::Range::closed(-360, 360), 0.0) * kDegree;
-  s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180));
-  s.azimuth_deg = c.grid("magnetic_azimuth_deg", config::Range::closed(-360, 360));
+  const std::vector<double> bias = c.numbers(
+      "error.magnetometer_bias_nT", any, "constant bias of the magnetometers x, y, z", 3, std::vector<double>{0, 0, 0});
+  s.errors = {
+      {bias[0], bias[1], bias[2]},
+      c.number("error.axial_magnetisation_nT", any, "constant axial magnetisation", 0.0),
+      c.number("error.horizontal_nT", any, "constant error of the horizontal reference field, reference less truth",
+               0.0),
+      c.number("error.vertical_nT", any, "constant error of the vertical reference field, reference less truth", 0.0)};
+  s.toolface = c.number("toolface_deg", config::Range::closed(-360, 360),
+                        "toolface from y; matters for `error.magnetometer_bias_nT` only", 0.0) *
+               kDegree;
+  s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180), "inclinations of the maps");
+  s.azimuth_deg = c.grid("magnetic_azimuth_deg", config::Range::closed(-360, 360), "magnetic azimuths of the maps");
   c.require(s.inclination_deg.size() * s.azimuth_deg.size() * s.methods.size() <= kMostPoints, "inclination_deg",
             fmt::format("more than {} points in all", kMostPoints));
-  s.tolerance = c.number("tolerance.azimuth_deg", config::Range{0, 180, true, false}, 1.0) * kDegree;
+  s.tolerance = c.number("tolerance.azimuth_deg", config::Range{0, 180, true, false},
+                         "largest azimuth error that is accepted, in the table `failures`", 1.0) *
+                kDegree;
   std::vector<compare::Row> rows;
   if (c.has("monte_carlo")) {
-    s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+    s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000, config::meaning::kTrials));
     read_stations(c, s);
-    s.axial_is_drawn = c.choice("monte_carlo.axial_magnetisation", {"drawn", "given"}, "drawn") == "drawn";
+    s.axial_is_drawn =
+        c.choice("monte_carlo.axial_magnetisation", {"drawn", "given"},
+                 "'drawn': at every station by its sigma, without constant errors; 'given': the errors of `[error]`",
+                 "drawn") == "drawn";
     for (std::size_t m = 0; m < s.methods.size(); ++m)
       for (const ProfileQuantity& q : profile_quantities()) rows.push_back({"profile", s.name_of(m), q.name});
   } else {
-    c.integer("trials", 0, 1'000'000'000'000, 0);  // nothing is drawn
+    c.integer("trials", 0, 1'000'000'000'000, config::kMeaningElsewhere, 0);  // nothing is drawn
   }
   s.verdict = compare::read_verdict_rule(c);
   s.expected = read_expected(c, s);

@@ -164,12 +164,18 @@ class ChainedInterference final : public study::StudyPoint {
 std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, random::StudySeed seed) {
   Interference in{read_scenario_of_fixed_length(c, seed)};
   c.require(in.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
-  in.size = c.number("interference.size_nT", config::Range::closed(0, 1e5), 800);
-  in.drawn = c.choice("interference.law", {"normal", "constant"}, "normal") == "normal";
-  in.truth.interference_rate = c.number("interference.rate", config::Range::non_negative(), 0.35);
-  in.prior_sd = c.number("interference.prior_sd_nT", config::Range::positive(), 2000);
-  in.alpha = c.number("interference.alpha", config::Range::open(0, 1), 0.01);
-  in.reported = static_cast<int>(c.integer("interference.stations", 1, in.stations(), 3));
+  in.size = c.number("interference.size_nT", config::Range::closed(0, 1e5),
+                     "size of the disturbing field at the first station", 800);
+  in.drawn = c.choice("interference.law", {"normal", "constant"},
+                      "'normal': components in north, east and vertical are drawn; 'constant': each has the size",
+                      "normal") == "normal";
+  in.truth.interference_rate =
+      c.number("interference.rate", config::Range::non_negative(), "decay: times (1 + rate k)^-2 at station k", 0.35);
+  in.prior_sd = c.number("interference.prior_sd_nT", config::Range::positive(),
+                         "one sd of the disturbance that the estimators assume", 2000);
+  in.alpha = c.number("interference.alpha", config::Range::open(0, 1), "level of the test of a run", 0.01);
+  in.reported = static_cast<int>(
+      c.integer("interference.stations", 1, in.stations(), "stations that are disturbed and looked at", 3));
   c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
   std::vector<compare::Row> rows;
   for (const char* way : kInterferenceWayNames)

@@ -282,14 +282,22 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   const bool of_events = events::has_events(c);
   Outliers o{of_events ? read_scenario(c, seed, Purpose::events) : read_scenario_of_fixed_length(c, seed)};
   c.require(o.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
-  const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
+  const std::string reading =
+      c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()}, "the reading in error");
   o.axis =
       static_cast<std::size_t>(std::find(kReadingNames.begin(), kReadingNames.end(), reading) - kReadingNames.begin());
-  o.station = static_cast<int>(c.integer("outliers.station", 1, o.stations(), (o.stations() + 1) / 2)) - 1;
+  o.station =
+      static_cast<int>(c.integer("outliers.station", 1, o.stations(),
+                                 "the station in error, from 1; without it the middle one", (o.stations() + 1) / 2)) -
+      1;
   o.size = o.unit() * c.number(fmt::format("outliers.size_{}", o.unit_name()),
-                               o.axis < 3 ? config::Range::closed(-500, 500) : config::Range::closed(-1e5, 1e5));
-  o.gate.gate = c.number("outliers.gate", config::Range::open(0, 100), o.gate.gate);
-  o.gate.dominance = c.number("outliers.dominance", config::Range::non_negative(), o.gate.dominance);
+                               o.axis < 3 ? config::Range::closed(-500, 500) : config::Range::closed(-1e5, 1e5),
+                               "size of the gross error");
+  o.gate.gate = c.number("outliers.gate", config::Range::open(0, 100),
+                         "a reading is rejected beyond this normalised residual", o.gate.gate);
+  o.gate.dominance = c.number("outliers.dominance", config::Range::non_negative(),
+                              "a reading is deleted if its squared residual is so much above the next of its station",
+                              o.gate.dominance);
   if (of_events) {
     const events::EventRun run = events::read_event_run(c);
     const compare::Annotations annotations = events::read_event_annotations(c, {});

@@ -137,7 +137,8 @@ class ChainedPerformancePlan final : public study::PlanOfPoint<Scenario, Chained
 std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s = read_scenario(c, seed, Purpose::performance);
   const std::vector<std::string>& names = solver_names();
-  std::vector<std::string> wanted = c.has("estimators") ? c.texts("estimators") : names;
+  std::vector<std::string> wanted =
+      c.has("estimators") ? c.texts("estimators", "estimators that are compared; without it all") : names;
   for (const std::string& name : wanted) {
     const auto found = std::find(names.begin(), names.end(), name);
     c.require(found != names.end(), "estimators",
@@ -149,7 +150,7 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
               fmt::format("\"{}\" is there twice", name));
     s.estimators.push_back(e);
   }
-  s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
+  s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, "runs behind the table `runs`", 20'000));
   const std::vector<compare::Row> rows = rows_of(s);
   s.calibration = compare::read_calibration(c, rows);
   c.require(!s.calibration.on || std::any_of(s.estimators.begin(), s.estimators.end(), is_chained), "estimators",
@@ -165,8 +166,9 @@ study::Experiment experiment() {
           "Attitudes, drifting biases and references of a run together: filter and smoother against single stations",
           "ISCWSA slides, chained multistation; slide 12's future work",
           [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            const std::string study =
-                c.choice("study", {"performance", "unstart", "outliers", "interference"}, "performance");
+            const std::string study = c.choice(
+                "study", {"performance", "unstart", "outliers", "interference"},
+                "what is asked: errors of the estimators, wrong starts, gross errors, or interference", "performance");
             if (study == "unstart") return unstart_plan(c, seed);
             if (study == "outliers") return outliers_plan(c, seed);
             if (study == "interference") return interference_plan(c, seed);

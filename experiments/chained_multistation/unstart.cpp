@@ -162,13 +162,19 @@ class ChainedUnstart final : public study::StudyPoint {
 std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::StudySeed seed) {
   Unstart u{read_scenario_of_fixed_length(c, seed)};
   c.require(u.stations() <= 200, "profile.stations", "at most 200: every run is searched");
-  const std::string from = c.choice("unstart.start", {"basic", "given"});
+  const std::string from =
+      c.choice("unstart.start", {"basic", "given"},
+               "start of every solution: 'basic': single-station attitudes; 'given': one attitude for all stations");
   u.given_start = from == "given";
   if (u.given_start)
-    u.start = {kDegree * c.number("unstart.inclination_deg", config::Range::closed(0, 180)),
-               kDegree * c.number("unstart.magnetic_azimuth_deg", config::Range::closed(-360, 360)),
-               kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360))};
-  u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000), 0);
+    u.start = {kDegree * c.number("unstart.inclination_deg", config::Range::closed(0, 180),
+                                  "given start: inclination of all stations"),
+               kDegree * c.number("unstart.magnetic_azimuth_deg", config::Range::closed(-360, 360),
+                                  "given start: azimuth of all stations"),
+               kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360),
+                                  "given start: toolface of all stations")};
+  u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000),
+                          "added to the axial magnetometer, with the other sign in odd trials", 0);
   std::vector<compare::Row> rows;
   for (const char* way : kUnstartWayNames)
     for (const char* e : kUnstartEventNames) rows.push_back({"unstart", way, e});

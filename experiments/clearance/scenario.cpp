@@ -10,6 +10,7 @@
 #include "base/units.h"
 #include "compare/annotations.h"
 #include "compare/trial_plan.h"
+#include "config/meanings.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
@@ -28,7 +29,7 @@ constexpr std::size_t kMostDepths = 200;
 void read_reported(config::ConfigReader& c, Scenario& s) {
   if (!c.has("report_md_m")) return;
   const double first = s.reference.survey.stations.front().md, last = s.reference.survey.stations.back().md;
-  s.report_md = c.numbers("report_md_m", {});
+  s.report_md = c.numbers("report_md_m", {}, config::meaning::kReportDepths);
   c.require(s.report_md.size() <= kMostDepths, "report_md_m", fmt::format("must have 1 to {} depths", kMostDepths));
   for (std::size_t i = 0; i < s.report_md.size(); ++i) {
     const std::optional<double> on = survey::depth_on(s.reference.survey, s.report_md[i]);
@@ -47,19 +48,26 @@ void read_drawing(config::ConfigReader& c, Scenario& s) {
     for (const char* q : kRelativeQuantities) rows.push_back({"relative_position", f.name, q});
     for (const std::string& q : published_quantities()) rows.push_back({"clearance", f.name, q});
   }
-  if (c.has("trials")) d.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000'000'000));
+  if (c.has("trials"))
+    d.trials = static_cast<std::uint64_t>(
+        c.integer("trials", 0, 1'000'000'000'000, "wells to draw; needs `report_md_m` and `seed`"));
   d.verdict = compare::read_verdict_rule(c);
   d.annotations = compare::Annotations::read(c, rows);
   if (d.trials == 0) return;
   c.require(d.trials >= 20, "trials", "must be 0 or at least 20");
   c.require(!s.report_md.empty(), "trials", "needs report_md_m: depths of the reference at which wells are drawn");
-  d.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
-  d.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
-                                                                                     : propagate::VerticalRule::tilt;
+  d.save_samples =
+      static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
+  d.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, config::meaning::kErrorsVertical, "tilt") == "azimuth"
+                   ? propagate::VerticalRule::azimuth
+                   : propagate::VerticalRule::tilt;
   std::vector<std::string> names{"own"};
   for (const Formulation& f : s.formulations)
     if (f.kind != Formulation::Kind::zeroed) names.push_back(f.name);
-  const std::string drawn = c.choice("errors.formulation", names, "own");
+  const std::string drawn = c.choice(
+      "errors.formulation", names,
+      "by which formulation the drawn wells share draws; 'own': each formulation is compared with draws of its own",
+      "own");
   if (drawn != "own") d.formulation = drawn;
 }
 
@@ -67,25 +75,26 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
   std::vector<std::string> offsets, formulations;
   for (const Well& w : s.offsets) offsets.push_back(w.name);
   for (const Formulation& f : s.formulations) formulations.push_back(f.name);
-  for (config::ConfigReader& entry : c.tables("published")) {
+  for (config::ConfigReader& entry : c.tables("published", config::kMeaningElsewhere)) {
     const compare::PublishedEntry given = compare::read_published(entry);
     Published p;
     p.source = given.source;
     p.values = given.values;
-    if (entry.choice("table", {"clearance", "relative_position"}) != "clearance") continue;
+    if (entry.choice("table", {"clearance", "relative_position"}, config::kMeaningElsewhere) != "clearance") continue;
     for (const auto& [quantity, value] : p.values) {
       const auto& known = published_quantities();
       entry.require(std::find(known.begin(), known.end(), quantity) != known.end(), "values",
                     fmt::format("must be of {}", fmt::join(known, ", ")));
     }
-    p.tolerance = entry.number("tolerance", config::Range::positive(), 0.0055);
-    const bool is_of_offset = entry.choice("direction", {"reference", "offset"}, "reference") == "offset";
-    entry.text("offset");
-    entry.text("formulation");
-    entry.number("md_m", config::Range::non_negative());
+    p.tolerance = entry.number("tolerance", config::Range::positive(), "largest difference that agrees", 0.0055);
+    const bool is_of_offset =
+        entry.choice("direction", {"reference", "offset"}, "the well that is scanned", "reference") == "offset";
+    entry.text("offset", config::kMeaningElsewhere);
+    entry.text("formulation", config::kMeaningElsewhere);
+    entry.number("md_m", config::Range::non_negative(), config::kMeaningElsewhere);
     if (!given.here) continue;  // another point may have other wells
-    p.offset = entry.choice("offset", offsets);
-    p.formulation = entry.choice("formulation", formulations);
+    p.offset = entry.choice("offset", offsets, "the offset that is meant");
+    p.formulation = entry.choice("formulation", formulations, config::kMeaningElsewhere);
     const auto at = static_cast<std::size_t>(std::find(offsets.begin(), offsets.end(), p.offset) - offsets.begin());
     const auto f = std::find(formulations.begin(), formulations.end(), p.formulation) - formulations.begin();
     entry.require(s.formulations[static_cast<std::size_t>(f)].is_for(s.offsets[at]), "formulation",
@@ -94,7 +103,9 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
     const survey::Survey& scanned = p.direction == ScanDirection::reference ? s.reference.survey : s.offsets[at].survey;
     const std::optional<std::size_t> kickoff = s.offsets[at].kickoff;
     const double first = scanned.stations[kickoff.value_or(0)].md, last = scanned.stations.back().md;
-    const std::optional<double> on = survey::depth_on(scanned, entry.number("md_m", config::Range::non_negative()));
+    const std::optional<double> on = survey::depth_on(
+        scanned,
+        entry.number("md_m", config::Range::non_negative(), "measured depth of the row, on the well that is scanned"));
     entry.require(on && *on >= first, "md_m", fmt::format("must be in [{:.10g}, {:.10g}]", first, last));
     p.md = *on;
     s.published.push_back(std::move(p));
@@ -116,12 +127,16 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   static_cast<scenario::WellPairs&>(s) = scenario::read_well_pairs(c);
   s.seed = seed;
   s.directions = {ScanDirection::reference};
-  if (c.choice("scan.direction", {"reference", "both"}, "reference") == "both")
+  if (c.choice("scan.direction", {"reference", "both"}, "'both': the offset is scanned, too, which finds other pairs",
+               "reference") == "both")
     s.directions.push_back(ScanDirection::offset);
-  s.step = c.number("scan.step_m", config::Range::non_negative(), 0);
+  s.step = c.number("scan.step_m", config::Range::non_negative(),
+                    "further scanned points, so far apart from the first station on; 0: stations alone", 0);
   c.require(s.step == 0 || s.step >= 0.01, "scan.step_m", "must be 0 (stations alone) or at least 0.01");
-  s.keep = c.number("scan.keep", config::Range{1, kInfinity, false, false}, 1);
-  s.with_rows = c.choice("output.clearance", {"all", "none"}, "all") == "all";
+  s.keep = c.number("scan.keep", config::Range{1, kInfinity, false, false},
+                    "list local minima of the distance, too, up to so many times the least", 1);
+  s.with_rows = c.choice("output.clearance", {"all", "none"}, "'none': without the tables `clearance` and `paths`",
+                         "all") == "all";
   read_reported(c, s);
   read_published_values(c, s);
   scenario::scale_models(c, s);

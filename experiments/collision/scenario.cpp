@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "config/meanings.h"
 #include "proximity/drawn_contact.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
@@ -11,7 +12,9 @@ namespace surveymc::studies::collision {
 namespace {
 
 Eigen::Vector3d read_slot_sd(config::ConfigReader& c, const std::string& key) {
-  const std::vector<double> sd = c.numbers(key, config::Range::non_negative(), 3, std::vector<double>{0, 0, 0});
+  const std::vector<double> sd =
+      c.numbers(key, config::Range::non_negative(),
+                "one sd of the place of the well: north, east, down; one draw a well", 3, std::vector<double>{0, 0, 0});
   return {sd[0], sd[1], sd[2]};
 }
 
@@ -77,7 +80,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   static_cast<scenario::WellPairs&>(s) = scenario::read_well_pairs(c);
   s.seed = seed;
   const Eigen::Vector3d reference_slot_sd = read_slot_sd(c, "survey.slot_sd_m");
-  std::vector<config::ConfigReader> entries = c.tables("offset");
+  std::vector<config::ConfigReader> entries = c.tables("offset", config::kMeaningElsewhere);
   for (std::size_t o = 0; o < entries.size(); ++o) {
     WellExtras extras;
     if (s.offsets[o].kickoff) {
@@ -94,8 +97,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     c.require(f.kind != scenario::PairFormulation::Kind::zeroed, "separation.formulations",
               "\"zeroed\" is no way to draw wells: must be one by which they share draws");
   scenario::scale_models(c, s);
-  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
-                                                                                     : propagate::VerticalRule::tilt;
+  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, config::meaning::kErrorsVertical, "tilt") == "azimuth"
+                   ? propagate::VerticalRule::azimuth
+                   : propagate::VerticalRule::tilt;
   require_drawable(s);
   s.run = events::read_event_run(c);
   std::vector<compare::Row> rows;

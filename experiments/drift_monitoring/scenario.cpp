@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "compare/trial_plan.h"
+#include "config/meanings.h"
 #include "random/study_stream.h"
 #include "store/result_file.h"
 
@@ -30,7 +31,8 @@ config::InputTable load_model(const std::filesystem::path& path) {
 }
 
 TrainedModel read_model(config::ConfigReader& c, const MonitoringData& d) {
-  config::InputTable in = c.table("model.file", load_model);
+  config::InputTable in = c.table(
+      "model.file", "a result whose model is taken, with the same sensors and units, in place of training", load_model);
   const auto p = static_cast<Eigen::Index>(d.sensors.size()), rows = static_cast<Eigen::Index>(in.rows());
   std::string expected, found;
   for (std::size_t j = 0; j < d.sensors.size(); ++j) expected += (j > 0 ? ", " : "") + d.sensors[j] + "_" + d.units[j];
@@ -47,15 +49,20 @@ TrainedModel read_model(config::ConfigReader& c, const MonitoringData& d) {
 /// `[model] bandwidth`, or `[model.search] bandwidths, folds, target`.
 void read_bandwidth(config::ConfigReader& c, Scenario& s) {
   if (!c.has("model.search")) {
-    s.bandwidth = c.number("model.bandwidth", config::Range::positive(), 0.2);
+    s.bandwidth = c.number("model.bandwidth", config::Range::positive(),
+                           "bandwidth of the kernel, in sd of the training data", 0.2);
     return;
   }
   c.require(!c.has("model.bandwidth"), "model.bandwidth", "leave it out where [model.search] chooses it");
   BandwidthSearch search;
-  search.tried = c.grid("model.search.bandwidths", config::Range::positive());
-  search.folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
+  search.tried = c.grid("model.search.bandwidths", config::Range::positive(),
+                        "bandwidths that a grid search tries, in place of `model.bandwidth`");
+  search.folds =
+      static_cast<int>(c.integer("model.search.folds", 2, 1000, "folds of the search's cross-validation", 5));
   search.truth =
-      c.choice("model.search.target", {"measured", "truth"}, s.data.simulated() ? "truth" : "measured") == "truth";
+      c.choice("model.search.target", {"measured", "truth"},
+               "error that the search makes least: against readings, or against the truth of a simulated well",
+               s.data.simulated() ? "truth" : "measured") == "truth";
   c.require(!search.truth || s.data.simulated(), "model.search.target", "the truth is known of a simulated well only");
   s.search = std::move(search);
 }
@@ -108,8 +115,8 @@ void read_model_settings(config::ConfigReader& c, Scenario& s) {
     return;
   }
   const auto p = static_cast<std::int64_t>(s.sensors());
-  s.memory_vectors =
-      c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.training_rows()));
+  s.memory_vectors = c.integer("model.memory_vectors", 2 * p, 1'000'000, "vectors of the memory",
+                               std::min<std::int64_t>(1350, s.data.training_rows()));
   c.require(s.memory_vectors <= s.data.training_rows(), "model.memory_vectors",
             fmt::format("must be at most the {} training samples{}", s.data.training_rows(),
                         s.data.thinned > 1 ? " that source.training_rows leaves" : ""));
@@ -121,24 +128,34 @@ void read_drift(config::ConfigReader& c, Scenario& s) {
   const auto p = s.sensors();
   std::vector<double> pattern(static_cast<std::size_t>(p), 0.0);
   if (s.data.simulated()) pattern = {1, 1, 1, 0};
-  pattern = c.numbers("drift.pattern", config::Range::closed(-1, 1), static_cast<int>(p), pattern);
-  const double amplitude = c.number("drift.amplitude_z", config::Range::non_negative(), 5);
+  pattern = c.numbers("drift.pattern", config::Range::closed(-1, 1),
+                      "drift of each sensor at its end, in units of `drift.amplitude_z`; linear from `drift.start_h`",
+                      static_cast<int>(p), pattern);
+  const double amplitude =
+      c.number("drift.amplitude_z", config::Range::non_negative(), "size of the drift, in sd of the training data", 5);
   s.amplitude = amplitude * Eigen::Map<const Eigen::RowVectorXd>(pattern.data(), p);
-  s.start_h = c.number("drift.start_h", config::Range::non_negative(), 12);
+  s.start_h = c.number("drift.start_h", config::Range::non_negative(),
+                       "beginning of the drift, from the first monitored sample", 12);
   const double end = s.data.test_end_h;
   c.require(s.start_h < end, "drift.start_h", fmt::format("must be before the end of the test at {:g} h", end));
 }
 
 void read_tests(config::ConfigReader& c, Scenario& s) {
-  s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5), s.sprt.false_alarm);
-  s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5), s.sprt.missed_alarm);
-  s.sprt.shift = c.number("sprt.shift_z", config::Range::positive(), s.sprt.shift);
-  s.sprt.variance = c.number("sprt.variance_z2", config::Range::positive(), s.sprt.variance);
+  s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5),
+                                "false alarms that the SPRT allows a decision (alpha)", s.sprt.false_alarm);
+  s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5),
+                                 "missed alarms that the SPRT allows a decision (beta)", s.sprt.missed_alarm);
+  s.sprt.shift = c.number("sprt.shift_z", config::Range::positive(), "shift that the SPRT looks for (M)", s.sprt.shift);
+  s.sprt.variance = c.number("sprt.variance_z2", config::Range::positive(), "variance that the SPRT assumes (eq 11)",
+                             s.sprt.variance);
   s.filter.process_variance =
-      c.number("filter.process_variance_z2", config::Range::positive(), s.filter.process_variance);
+      c.number("filter.process_variance_z2", config::Range::positive(),
+               "variance of a step of the drift that the filter assumes (V)", s.filter.process_variance);
   s.filter.measurement_variance =
-      c.number("filter.measurement_variance_z2", config::Range::positive(), s.filter.measurement_variance);
-  s.filter.gate = c.number("filter.gate", config::Range::non_negative(), 0);
+      c.number("filter.measurement_variance_z2", config::Range::positive(),
+               "variance of a measurement that the filter assumes (Q)", s.filter.measurement_variance);
+  s.filter.gate = c.number("filter.gate", config::Range::non_negative(),
+                           "a row with a sensor beyond this many sqrt(Q) is skipped; 0: none is", 0);
 }
 
 /// Refuses settings of CUSUM and plain threshold where the point has neither.
@@ -159,23 +176,31 @@ void refuse_settings_of_no_baseline(const config::ConfigReader& c, const Scenari
 /// `[baselines]` and `[operating]`: settings of the methods.
 void read_settings(config::ConfigReader& c, Scenario& s) {
   refuse_settings_of_no_baseline(c, s);
-  s.cusum.allowance = c.number("baselines.cusum_allowance_z", config::Range::non_negative(), s.cusum.allowance);
+  s.cusum.allowance = c.number("baselines.cusum_allowance_z", config::Range::non_negative(),
+                               "what a CUSUM takes off each residual", s.cusum.allowance);
   if (s.data.simulated()) {
-    s.calibration_trials = static_cast<std::uint64_t>(c.integer("baselines.calibration_trials", 0, 1'000'000, 0));
+    s.calibration_trials =
+        static_cast<std::uint64_t>(c.integer("baselines.calibration_trials", 0, 1'000'000,
+                                             "in place of both thresholds, of a simulated well: they are set by so "
+                                             "many fault-free realisations, to as many alarms as AAKR-SPRT has",
+                                             0));
     const bool given = c.has("baselines.cusum_threshold_z") || c.has("baselines.threshold_z");
     c.require(s.calibration_trials == 0 || !given, "baselines.calibration_trials",
               "leave out cusum_threshold_z and threshold_z where they are calibrated");
   }
   if (s.calibration_trials == 0) {
-    s.cusum.threshold = c.number("baselines.cusum_threshold_z", config::Range::positive(), s.cusum.threshold);
-    s.threshold = c.number("baselines.threshold_z", config::Range::positive(), s.threshold);
+    s.cusum.threshold =
+        c.number("baselines.cusum_threshold_z", config::Range::positive(), "threshold of the CUSUM", s.cusum.threshold);
+    s.threshold =
+        c.number("baselines.threshold_z", config::Range::positive(), "threshold of a single residual", s.threshold);
   }
   using Test = AlarmMethod::Test;
   for (AlarmMethod& m : s.methods)
     m.setting = m.test == Test::sprt ? s.sprt.shift : m.test == Test::cusum ? s.cusum.threshold : s.threshold;
   const auto add = [&](const char* key, Test test) {
     if (!c.has(key)) return;
-    const std::vector<double> settings = c.number_or_list(key, config::Range::positive());
+    const std::vector<double> settings =
+        c.number_or_list(key, config::Range::positive(), "settings of the table `operating`");
     for (const AlarmMethod& m : s.methods)
       for (const double x : settings)
         if (m.test == test) s.operating.push_back({m.name, m.architecture, test, x});
@@ -186,8 +211,9 @@ void read_settings(config::ConfigReader& c, Scenario& s) {
 }
 
 void read_architectures(config::ConfigReader& c, Scenario& s) {
-  const std::vector<std::string> wanted =
-      c.has("architecture") ? c.texts("architecture") : std::vector<std::string>{"aakr_sprt", "aakr_kf_sprt"};
+  const std::vector<std::string> wanted = c.has("architecture")
+                                              ? c.texts("architecture", "methods that are compared; without it both")
+                                              : std::vector<std::string>{"aakr_sprt", "aakr_kf_sprt"};
   for (const monitoring::Architecture a : {monitoring::Architecture::aakr_sprt, monitoring::Architecture::aakr_kf_sprt})
     if (std::find(wanted.begin(), wanted.end(), monitoring::name(a)) != wanted.end()) {
       s.methods.push_back({monitoring::name(a), s.architectures.size(), AlarmMethod::Test::sprt, 0});
@@ -195,7 +221,8 @@ void read_architectures(config::ConfigReader& c, Scenario& s) {
     }
   c.require(!wanted.empty() && s.architectures.size() == wanted.size(), "architecture",
             "must be of \"aakr_sprt\", \"aakr_kf_sprt\", each once");
-  if (s.architectures.front() == monitoring::Architecture::aakr_sprt && c.boolean("baselines.enabled", true)) {
+  if (s.architectures.front() == monitoring::Architecture::aakr_sprt &&
+      c.boolean("baselines.enabled", "compare with CUSUM and a plain threshold on the residual of 'aakr_sprt'", true)) {
     s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum, 0});
     s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold, 0});
   }
@@ -248,8 +275,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.seed = seed;
   const bool has_model = c.has("model.file");
   s.data = read_monitoring_data(c, has_model);
-  s.trials = static_cast<std::uint64_t>(s.data.simulated() ? c.integer("trials", 1, 1'000'000)
-                                                           : c.integer("trials", 0, 1'000'000'000'000, 1));
+  s.trials = static_cast<std::uint64_t>(
+      s.data.simulated()
+          ? c.integer("trials", 1, 1'000'000, "realisations of the noise; readings of a CSV have one, whatever it says")
+          : c.integer("trials", 0, 1'000'000'000'000, config::kMeaningElsewhere, 1));
   if (!s.data.simulated()) s.trials = 0;  // nothing is drawn: the one pass of a file is in report()
   read_architectures(c, s);
   if (has_model) s.model = read_model(c, s.data);
@@ -257,11 +286,13 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   read_drift(c, s);
   read_tests(c, s);
   read_settings(c, s);
-  s.series_every = c.integer("series_every", 0, 1'000'000'000, 1);
-  const Eigen::Index most = c.integer("series_rows", 2, 10'000'000, 60'000);
+  s.series_every = c.integer("series_every", 0, 1'000'000'000, "keep every n-th sample of the series; 0: no series", 1);
+  const Eigen::Index most = c.integer("series_rows", 2, 10'000'000,
+                                      "most samples a sensor in the series: `series_every` is raised to fit", 60'000);
   if (s.series_every > 0)
     s.series_every = std::max(s.series_every, (s.data.tested() - 1 + most - 2) / (most - 1));  // and the last row
-  s.verdict.confidence = c.number("verdict.confidence", compare::kConfidences, s.verdict.confidence);
+  s.verdict.confidence =
+      c.number("verdict.confidence", compare::kConfidences, config::meaning::kConfidence, s.verdict.confidence);
   s.annotations = compare::Annotations::read(c, row_names(s));
   c.finish();
   if (s.data.simulated() && !s.model && !s.search) {

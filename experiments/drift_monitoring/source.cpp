@@ -12,20 +12,26 @@
 namespace surveymc::studies::drift_monitoring {
 namespace {
 
+constexpr std::string_view kTrainHours = "time to train on, from the first sample";
+
 MonitoringData read_gas_lift_well(config::ConfigReader& c) {
   MonitoringData d;
   d.sensors = {"PT_f", "PT_t", "PT_g", "PT_m"};
   d.units.assign(4, "kPa");
-  const bool out_of_range = c.boolean("source.out_of_range", false);
+  const bool out_of_range = c.boolean("source.out_of_range",
+                                      "raise the last of the built-in injection rates out of the trained range", false);
   c.require(!out_of_range || !c.has("source.injection_kgps"), "source.out_of_range",
             "must be left out where source.injection_kgps is given: it changes the last steps of the built-in rates");
   d.schedule = monitoring::gas_lift_schedule(out_of_range);
-  d.schedule.step_h = c.number("source.step_h", config::Range{0.5, 100, false, false}, d.schedule.step_h);
-  d.sample_s = c.number("source.sample_s", config::Range{10, 3600, false, false}, 60);
+  d.schedule.step_h = c.number("source.step_h", config::Range{0.5, 100, false, false},
+                               "time between changes of the injection rate", d.schedule.step_h);
+  d.sample_s = c.number("source.sample_s", config::Range{10, 3600, false, false}, "time between samples", 60);
   c.require(std::fmod(d.sample_s, 5) == 0, "source.sample_s", "must be a multiple of the 5 s of a simulation step");
-  d.schedule.rates = c.numbers("source.injection_kgps", config::Range{0.05, 5, false, false}, -1, d.schedule.rates);
+  d.schedule.rates = c.numbers("source.injection_kgps", config::Range{0.05, 5, false, false},
+                               "injection rates, in turn", -1, d.schedule.rates);
   d.rows = monitoring::gas_lift_samples(d.schedule, d.sample_s);
-  d.noise_to_signal = c.number("source.noise_to_signal", config::Range{0, 10, false, false}, 0.3);
+  d.noise_to_signal = c.number("source.noise_to_signal", config::Range{0, 10, false, false},
+                               "noise of each gauge, as a part of its sd over all of the test", 0.3);
   return d;
 }
 
@@ -37,7 +43,8 @@ std::vector<double> sample_times_h(const MonitoringData& d) {
 
 std::vector<std::string> sensor_units(config::ConfigReader& c, const std::vector<std::string>& sensors) {
   if (c.has("source.units")) {
-    const std::vector<std::string> units = c.texts("source.units");
+    const std::vector<std::string> units =
+        c.texts("source.units", "units of the sensors; not needed where the columns' names end in them");
     c.require(units.size() == sensors.size(), "source.units", "must be one unit for each of source.sensors");
     return units;
   }
@@ -53,13 +60,14 @@ std::vector<std::string> sensor_units(config::ConfigReader& c, const std::vector
 MonitoringData read_csv_source(config::ConfigReader& c) {
   MonitoringData d;
   config::SensorCsvOptions options;
-  options.time = c.text("source.time");
-  options.sensors = d.sensors = c.texts("source.sensors");
+  options.time = c.text("source.time", "column of the times");
+  options.sensors = d.sensors = c.texts("source.sensors", "columns of the sensors");
   c.require(!d.sensors.empty(), "source.sensors", "must name at least one column");
-  options.zero_is_defect = c.boolean("source.zeros_are_bad", true);
-  options.gap_factor = c.number("source.gap_factor", config::Range{1, 1e6, true, false}, 1.5);
+  options.zero_is_defect = c.boolean("source.zeros_are_bad", "readings of exactly 0 count as bad", true);
+  options.gap_factor = c.number("source.gap_factor", config::Range{1, 1e6, true, false},
+                                "a step above so many median steps is a gap", 1.5);
   d.units = sensor_units(c, d.sensors);
-  d.file = SensorFile{c.file("source.file"), std::move(options), {}};
+  d.file = SensorFile{c.file("source.file", "CSV of the readings"), std::move(options), {}};
   return d;
 }
 
@@ -162,15 +170,20 @@ void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
   double share = 0, train_h = 0;
   if (by_share) {  // of the good rows: files may have gaps of days
     c.require(!c.has("source.train_h"), "source.train_h", "leave it out where source.train_fraction is given");
-    share = c.number("source.train_fraction", config::Range::open(0, 1));
+    share = c.number("source.train_fraction", config::Range::open(0, 1),
+                     "share of the good rows to train on, in place of `source.train_h`");
   } else {
-    train_h = has_model ? c.number("source.train_h", config::Range::non_negative(), 0)
-                        : c.number("source.train_h", config::Range::positive());
+    train_h = has_model ? c.number("source.train_h", config::Range::non_negative(), kTrainHours, 0)
+                        : c.number("source.train_h", config::Range::positive(), kTrainHours);
   }
-  const Eigen::Index most = c.integer("source.training_rows", 1000, 100'000'000, 200'000);
+  const Eigen::Index most =
+      c.integer("source.training_rows", 1000, 100'000'000,
+                "rows to train on: of more, every so many-th is taken, and the extremes of each sensor", 200'000);
   // A sample at train_h belongs to the test.
   const FileSpan span = scan(f, train_h - kSameTime_h);
-  if (c.choice("source.bad_rows", {"reject", "skip"}, "reject") == "reject")
+  if (c.choice("source.bad_rows", {"reject", "skip"},
+               "'skip': rows with anything wrong, and the gaps over them, are left out and counted",
+               "reject") == "reject")
     config::reject_findings(f.found, f.file.path);
   require(span.rows >= 2, "{}: {} good row{} of {}: must be at least two", f.file.path, span.rows,
           span.rows == 1 ? "" : "s", f.found.rows_read);
@@ -200,13 +213,13 @@ monitoring::Samples simulate(const Well& w, const std::atomic<bool>*) {
 }  // namespace
 
 MonitoringData read_monitoring_data(config::ConfigReader& c, bool has_model) {
-  if (c.choice("source.name", {"gas_lift_well", "csv"}) == "csv") {
+  if (c.choice("source.name", {"gas_lift_well", "csv"}, "a simulated gas-lift well, or readings in a CSV") == "csv") {
     MonitoringData d = read_csv_source(c);
     divide_file(c, d, has_model);
     return d;
   }
   MonitoringData d = read_gas_lift_well(c);
-  const double train_h = c.number("source.train_h", config::Range::non_negative(), 90);
+  const double train_h = c.number("source.train_h", config::Range::non_negative(), kTrainHours, 90);
   const std::vector<double> time_h = sample_times_h(d);
   // A sample at train_h belongs to the test.
   d.train = std::lower_bound(time_h.begin(), time_h.end(), train_h - kSameTime_h) - time_h.begin();

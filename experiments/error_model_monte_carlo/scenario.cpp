@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
+#include "config/meanings.h"
 #include "propagate/source_moments.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
@@ -21,12 +22,14 @@ constexpr std::size_t kMostDepths = 50;
 /// `[well] inclination_deg, azimuth_deg, length_m, vertical_m, build_deg_per_30m, spacing_m`: a made-up well, vertical,
 /// built and held, instead of a survey.
 survey::Survey read_made_well(config::ConfigReader& c) {
-  const double inclination = c.number("well.inclination_deg", config::Range::closed(0, 180)),
-               azimuth = c.number("well.azimuth_deg", config::Range::closed(-360, 360)),
-               vertical = c.number("well.vertical_m", config::Range::non_negative(), 900),
-               build = c.number("well.build_deg_per_30m", config::Range::positive(), 3),
-               length = c.number("well.length_m", config::Range::positive()),
-               spacing = c.number("well.spacing_m", config::Range::positive(), 30);
+  const double inclination = c.number("well.inclination_deg", config::Range::closed(0, 180),
+                                      "inclination to which the well builds"),
+               azimuth = c.number("well.azimuth_deg", config::Range::closed(-360, 360), "azimuth of the well"),
+               vertical =
+                   c.number("well.vertical_m", config::Range::non_negative(), "length of the vertical part", 900),
+               build = c.number("well.build_deg_per_30m", config::Range::positive(), "build rate", 3),
+               length = c.number("well.length_m", config::Range::positive(), "measured depth of the end"),
+               spacing = c.number("well.spacing_m", config::Range::positive(), "distance of the stations", 30);
   const double intervals = length / spacing;
   c.require(intervals < 100'000.5, "well.spacing_m", "more than 100000 stations");
   c.require(std::abs(intervals - std::round(intervals)) < 1e-6 && intervals > 0.5, "well.spacing_m",
@@ -48,7 +51,7 @@ std::vector<double> read_report_depths(config::ConfigReader& c, const survey::Su
   if (!c.has(key)) return {last};
   c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
   std::vector<double> out;
-  for (const double depth : c.numbers(key, {})) {
+  for (const double depth : c.numbers(key, {}, config::meaning::kReportDepths)) {
     const std::optional<double> md = survey::depth_on(survey, depth * (feet ? kFoot : 1));
     c.require(md && *md > first, key,
               fmt::format("{} is off the survey, which goes from {} to {} m, or its tie-on, which has no error",
@@ -77,9 +80,12 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   const std::string key = "errors.sources";
   std::vector<std::string> words{"total"};
   if (c.has(key))
-    words = c.texts(key);
+    words = c.texts(
+        key,
+        "what is drawn: 'total': all sources together; 'each': all, and each alone; 'quadrature': each alone, by "
+        "quadrature; or a list of codes: these, each alone");
   else
-    c.text(key, "total");
+    c.text(key, config::kMeaningElsewhere, "total");
   const std::string& word = words.front();
   if (words.size() == 1 && (word == "total" || word == "each" || word == "quadrature")) {
     s.sources = word == "total" ? Sources::total : word == "each" ? Sources::each : Sources::quadrature;
@@ -102,7 +108,7 @@ std::vector<std::string> read_formulations(config::ConfigReader& c) {
   if (!c.has("formulations")) {
     return kFormulations;
   }
-  const std::vector<std::string> out = c.texts("formulations");
+  const std::vector<std::string> out = c.texts("formulations", "predictions that are compared; without it all");
   for (const std::string& f : out) {
     c.require(std::find(kFormulations.begin(), kFormulations.end(), f) != kFormulations.end(), "formulations",
               fmt::format("\"{}\": must be of \"iscwsa\", \"minimum_curvature\", \"second_order\"", f));
@@ -136,22 +142,26 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.model_place = c.place("error_model");
-  s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
-  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt
-                                                                                  : propagate::VerticalRule::azimuth;
+  s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, config::meaning::kErrorsMultiplier, 1);
+  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, config::meaning::kErrorsVertical, "tilt") == "tilt"
+                   ? propagate::VerticalRule::tilt
+                   : propagate::VerticalRule::azimuth;
   read_sources(c, s);
   s.formulations = read_formulations(c);
-  s.antithetic = c.boolean("antithetic", false);
+  s.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   if (s.samples()) {
     s.verdict = compare::read_verdict_rule(c);
     s.trial_plan = compare::read_verdict_plan(c, ErrorModelMonteCarlo::rows_of(s), s.verdict, {20});
-    s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+    s.save_samples =
+        static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
     c.require(!s.antithetic || s.trial_plan.trials % 2 == 0, s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
   } else {
     if (c.has("stop")) c.fail("stop", "errors.sources = \"quadrature\" draws nothing: leave it out");
-    if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
-    if (c.has("save_samples")) c.integer("save_samples", 0, 1'000'000);
+    if (c.has("trials"))
+      c.integer("trials", 0, 1'000'000'000'000,
+                config::kMeaningElsewhere);  // any config may have it; nothing is drawn here
+    if (c.has("save_samples")) c.integer("save_samples", 0, 1'000'000, config::kMeaningElsewhere);
   }
   s.report_md = read_report_depths(c, s.survey);
   if (!s.samples()) s.verdict = compare::read_verdict_rule(c);

@@ -15,6 +15,7 @@
 #include "chained/smoother.h"
 #include "compare/table_rows.h"
 #include "compare/verdict.h"
+#include "config/meanings.h"
 #include "config/readings_csv.h"
 #include "estimate/run_tables.h"
 #include "scenario/chain_sizes.h"
@@ -43,7 +44,8 @@ struct Run {
 Run read_run(config::ConfigReader& c) {
   Run r;
   r.field = scenario::read_field(c);
-  const bool gravity = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity") == "gravity";
+  const bool gravity = c.choice("accelerometers", {"gravity", "specific_force"}, config::meaning::kAccelerometers,
+                                "gravity") == "gravity";
   r.file = config::readings_from_table(
       scenario::read_readings_table(c),
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
@@ -54,19 +56,27 @@ Run read_run(config::ConfigReader& c) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];
     r.readings.y.push_back({-g.x, -g.y, -g.z, b.x, b.y, b.z});
   }
-  const bool chained = c.choice("estimator.references", {"chained", "independent"}, "chained") == "chained";
+  const bool chained = c.choice("estimator.references", {"chained", "independent"},
+                                "'independent': references are observed anew at every station", "chained") == "chained";
   const chained::ChainSizes sizes = scenario::read_chain_sizes(c, r.field, !chained);
   const auto stations = static_cast<std::int64_t>(r.file.md.size());
-  const int offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, stations));
+  const int offset_stations =
+      static_cast<int>(c.integer("model.offset_stations", 1, 100'000, config::meaning::kOffsetStations, stations));
   r.model = chained::make_model(sizes, offset_stations,
                                 chained ? chained::ChainReferences::chained : chained::ChainReferences::independent);
-  r.filter = c.choice("estimator.mode", {"smoother", "filter"}, "smoother") == "filter";
-  r.confidence = c.number("confidence", config::Range::open(0, 1), r.confidence);
-  r.alpha = c.number("tests.alpha", config::Range::open(0, 1), r.alpha);
-  r.gate.gate = c.number("tests.gate", config::Range::open(0, 100), r.gate.gate);
-  r.gate.dominance = c.number("tests.dominance", config::Range::non_negative(), r.gate.dominance);
+  r.filter = c.choice("estimator.mode", {"smoother", "filter"},
+                      "'filter': stations and parameters by the filter; tests and modes stay the smoother's",
+                      "smoother") == "filter";
+  r.confidence =
+      c.number("confidence", config::Range::open(0, 1), config::meaning::kConfidenceOfIntervals, r.confidence);
+  r.alpha = c.number("tests.alpha", config::Range::open(0, 1), "level of the tests of the whole run", r.alpha);
+  r.gate.gate = c.number("tests.gate", config::Range::open(0, 100),
+                         "a reading is rejected beyond this normalised residual", r.gate.gate);
+  r.gate.dominance = c.number("tests.dominance", config::Range::non_negative(),
+                              "a reading dominates if its squared residual is so much above the next of its station",
+                              r.gate.dominance);
   c.require(!c.has("noise"), "noise", "estimator \"chained\" takes its sizes from [model]");
-  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);
+  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000, config::meaning::kUnusedTrials);
   r.place = c.place("readings");
   c.finish();
   return r;

@@ -30,7 +30,7 @@ class EstimatePlan final : public study::PlanOf<Settings> {
  public:
   using study::PlanOf<Settings>::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return this->s_.place.blamed_for([this] { return std::make_unique<Estimate>(tables_of(this->s_)); });
+    return this->s_.place.with_place([this] { return std::make_unique<Estimate>(tables_of(this->s_)); });
   }
 };
 

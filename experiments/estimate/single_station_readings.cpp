@@ -225,10 +225,11 @@ const std::vector<std::string>& station_estimators() {
 
 StationEstimation read_station_estimation(config::ConfigReader& c) {
   StationEstimation how;
-  const std::string name = c.choice("estimator.name", station_estimators());
+  const std::string name = c.choice("estimator.name", station_estimators(), config::kMeaningElsewhere);
   how.method = single_station::station_method(
-      name == "single_station" ? c.choice("estimator.method", {"basic", "optimising"}, "basic")
-                               : c.choice("estimator.method", {"extended", "simple", "extended_bh"}, "extended"));
+      name == "single_station"
+          ? c.choice("estimator.method", {"basic", "optimising"}, "method of the solution (docs/studies.md)", "basic")
+          : c.choice("estimator.method", {"extended", "simple", "extended_bh"}, config::kMeaningElsewhere, "extended"));
   how.sigmas = scenario::read_station_sigmas(c);
   if (estimates_axial(how.method) && how.method != StationMethod::simple)
     c.require(how.sigmas.axial > 0, c.has("sigma.axial_magnetisation_nT") ? "sigma.axial_magnetisation_nT" : "sigma",

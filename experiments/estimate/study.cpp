@@ -9,6 +9,7 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/readings_analysis.h"
 #include "analysis/readings_tests.h"
+#include "config/meanings.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_readings.h"
 #include "estimate/run_tables.h"
@@ -35,7 +36,8 @@ bool solves_by_station(config::ConfigReader& c) {
   std::vector<std::string> known = analysis::readings_estimators();
   known.insert(known.end(), station_estimators().begin(), station_estimators().end());
   known.emplace_back("chained");  // which has a reader of its own
-  const std::string name = c.choice("estimator.name", known);
+  const std::string name =
+      c.choice("estimator.name", known, "estimator of the readings; all that need no true attitude");
   return std::find(station_estimators().begin(), station_estimators().end(), name) != station_estimators().end();
 }
 
@@ -53,7 +55,8 @@ Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
   s.field = scenario::read_field(c);
   const bool by_station = solves_by_station(c);
-  const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
+  const std::string sign =
+      c.choice("accelerometers", {"gravity", "specific_force"}, config::meaning::kAccelerometers, "gravity");
   s.readings = config::readings_from_table(
       scenario::read_readings_table(c),
       {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
@@ -63,11 +66,15 @@ Scenario read_scenario(config::ConfigReader& c) {
     s.by_station = read_station_estimation(c);
   else
     read_run_estimator(c, s);
-  s.levels.confidence = c.number("confidence", config::Range::open(0, 1), s.levels.confidence);
-  if (!s.by_station) s.levels.alpha = c.number("tests.alpha", config::Range::open(0, 1), s.levels.alpha);
-  s.levels.alpha_w = c.number("tests.alpha_w", config::Range::open(0, 1), s.levels.alpha_w);
+  s.levels.confidence =
+      c.number("confidence", config::Range::open(0, 1), config::meaning::kConfidenceOfIntervals, s.levels.confidence);
+  if (!s.by_station)
+    s.levels.alpha = c.number("tests.alpha", config::Range::open(0, 1),
+                              "level of the tests `variance_factor` and `perfect_tool`", s.levels.alpha);
+  s.levels.alpha_w = c.number("tests.alpha_w", config::Range::open(0, 1),
+                              "level of the test of each residual, both sides: 0.001 is +-3.29", s.levels.alpha_w);
   s.has_trials = c.has("trials");
-  if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000);
+  if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000, config::meaning::kUnusedTrials);
   s.place = c.place("readings");
   c.finish();
   return s;
@@ -92,7 +99,7 @@ study::Experiment experiment() {
           "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
           "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
           [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            if (config.has("estimator.name") && config.text("estimator.name") == "chained")
+            if (config.has("estimator.name") && config.text("estimator.name", config::kMeaningElsewhere) == "chained")
               return chained_readings_result(config);
             return std::make_unique<EstimatePlan<Scenario, estimate_run>>(read_scenario(config));
           }};

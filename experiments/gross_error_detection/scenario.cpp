@@ -20,9 +20,11 @@ std::vector<survey::Attitude> read_attitudes(config::ConfigReader& c, const reli
                                              bool stations_given) {
   const config::Range any = config::Range::closed(-360, 360);
   const std::vector<std::pair<std::string, std::vector<double>>> angles{
-      {"inclination_deg", c.number_or_list("inclination_deg", config::Range::closed(0, 180))},
-      {"toolface_deg", c.number_or_list("toolface_deg", any)},
-      {"magnetic_azimuth_deg", c.number_or_list("magnetic_azimuth_deg", any)}};
+      {"inclination_deg", c.number_or_list("inclination_deg", config::Range::closed(0, 180),
+                                           "inclination; of `mse_shared` also a list with one value a station")},
+      {"toolface_deg", c.number_or_list("toolface_deg", any, "toolface from y; of `mse_shared` also a list")},
+      {"magnetic_azimuth_deg",
+       c.number_or_list("magnetic_azimuth_deg", any, "magnetic azimuth; of `mse_shared` also a list")}};
   const bool several = model.mode == reliability::AdjustmentMode::mse_shared;
   std::size_t count = 1;
   std::string listed;
@@ -68,12 +70,17 @@ void read_size(config::ConfigReader& e, const Scenario& s, InjectedError& inject
     // Large enough for anything that still is a reading
     const double most = unit == "nT" ? 1e5 : unit == "deg" ? 20 : 10;
     injected.error.size =
-        all * e.number(number_key, config::Range::closed(-most, most)) / reliability::observation_scale(o);
+        all *
+        e.number(number_key, config::Range::closed(-most, most), "the gross error, in the unit of the observation") /
+        reliability::observation_scale(o);
     return;
   }
   e.require(!e.has(number_key), number_key, "not together with size");
-  const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable", "nonlinear_own_test"});
-  injected.factor = all * e.number("factor", config::Range::closed(-100, 100), 1);
+  const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable", "nonlinear_own_test"},
+                                    "the gross error, in minimal detectable errors: of linear theory, or of a single "
+                                    "station as found by the general test or by the reading's own");
+  injected.factor =
+      all * e.number("factor", config::Range::closed(-100, 100), "multiplies `size`; its sign is that of the error", 1);
   injected.place = e.place("size");
   injected.error.size = 1;
   injected.size = size == "minimal_detectable"     ? InjectedError::Size::minimal_detectable
@@ -103,19 +110,20 @@ double detectable_size(const Scenario& s, const InjectedError& e) {
 }
 
 void read_injected(config::ConfigReader& c, Scenario& s) {
-  const double factor = c.number("factor", config::Range::closed(-100, 100), 1);
-  for (config::ConfigReader& e : c.tables("inject")) {
+  const double factor =
+      c.number("factor", config::Range::closed(-100, 100), "multiplies all gross errors; made to be swept", 1);
+  for (config::ConfigReader& e : c.tables("inject", "gross errors; none: false alarms only")) {
     const std::vector<std::string> names(reliability::observation_names().begin(),
                                          reliability::observation_names().end());
-    const std::string name = e.choice("observation", names);
+    const std::string name = e.choice("observation", names, "the reading or reference in error");
     InjectedError injected;
     injected.label = name;
     injected.observation = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     e.require(reliability::is_observed(s.model.mode, injected.observation), "observation",
               fmt::format("{} is not observed in mode {}", name,
                           reliability::adjustment_mode_names()[static_cast<std::size_t>(s.model.mode)]));
-    injected.station =
-        static_cast<std::size_t>(e.integer("station", 0, static_cast<std::int64_t>(s.attitudes.size()) - 1, 0));
+    injected.station = static_cast<std::size_t>(
+        e.integer("station", 0, static_cast<std::int64_t>(s.attitudes.size()) - 1, "the station in error, from 0", 0));
     if (s.attitudes.size() > 1 && injected.observation < reliability::kReadings)
       injected.label += fmt::format("_{}", injected.station);
     injected.error.number =
@@ -130,7 +138,10 @@ void read_injected(config::ConfigReader& c, Scenario& s) {
 std::vector<SnoopingStrategy> read_strategies(config::ConfigReader& c, bool pope) {
   std::vector<SnoopingStrategy> all;
   const std::vector<std::string> wanted =
-      c.has("strategy") ? c.texts("strategy") : std::vector<std::string>{c.text("strategy", "single")};
+      c.has("strategy") ? c.texts("strategy",
+                                  "how readings are rejected: 'single' (the largest statistic), 'iterative', "
+                                  "'readmission', 'pairs'; Pope's test: 'single' only")
+                        : std::vector<std::string>{c.text("strategy", config::kMeaningElsewhere, "single")};
   for (const std::string& name : wanted) {
     const auto& names = strategy_names();
     const auto at = std::find(names.begin(), names.end(), name);
@@ -212,14 +223,16 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                            s.model.sigma.accelerometer_noise / usual.accelerometer_noise;
   s.noise_place = c.place(is_magnetic ? "sigma.magnetometer_noise_nT" : "sigma.accelerometer_noise_mps2");
   s.model.field.dip = scenario::read_dip(c, s.model);
-  s.model.rotational_shot = c.boolean("rotational_shot", false);
+  s.model.rotational_shot =
+      c.boolean("rotational_shot",
+                "of `mse_shared`: the stations are shots of one station, and share inclination and azimuth", false);
   const bool shared = s.model.mode == reliability::AdjustmentMode::mse_shared;
   c.require(shared || !s.model.rotational_shot, "rotational_shot", "only with mode = \"mse_shared\"");
   s.model.systematic_terms = s.model.systematic_terms && shared;  // may be given, so that the mode can be swept
   s.levels = scenario::read_test_levels(c);
   s.attitudes = read_attitudes(c, s.model, stations_given);
   s.model.stations = static_cast<int>(s.attitudes.size());
-  s.pope = c.choice("test", {"w", "pope"}, "w") == "pope";
+  s.pope = c.choice("test", {"w", "pope"}, "'w': variance known; 'pope': variance unknown", "w") == "pope";
   s.strategies = read_strategies(c, s.pope);
   read_injected(c, s);
   if (of_events) {
@@ -227,7 +240,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     return s;
   }
   s.verdict = compare::read_verdict_rule(c);
-  s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
+  s.false_alarm_margin =
+      c.number("verdict.false_alarm_margin", config::Range::open(0, 1), "margin of rates of false alarms", 0.1);
   s.trial_plan = compare::read_verdict_plan(c, rows_of(s), s.verdict, {});
   s.annotations = compare::Annotations::read(c, rows_of(s));
   c.finish();

@@ -19,18 +19,26 @@ namespace {
 analysis::WellDesign read_well(config::ConfigReader& c, random::StudySeed seed) {
   analysis::WellDesign w;
   w.seed = seed;
-  w.kind = c.choice("well.kind", {"straight", "building"}) == "building" ? analysis::WellKind::building
-                                                                         : analysis::WellKind::straight;
-  w.stations = static_cast<int>(c.integer("well.stations", 2, 10000));
-  w.spacing = c.number("well.spacing_m", config::Range{0, 1000, true, false}, 30);
+  w.kind = c.choice("well.kind", {"straight", "building"},
+                    "'straight': one direction; 'building': vertical, then at the build rate to the last station") ==
+                   "building"
+               ? analysis::WellKind::building
+               : analysis::WellKind::straight;
+  w.stations = static_cast<int>(c.integer("well.stations", 2, 10000, "stations that MSA uses"));
+  w.spacing = c.number("well.spacing_m", config::Range{0, 1000, true, false},
+                       "distance of the stations; random errors depend on it", 30);
   // Given but unused values stay allowed, so that `kind` can be swept.
-  const double per_30m = c.number("well.build_rate_deg_per_30m", config::Range{0, 90, true, false}, 3);
+  const double per_30m =
+      c.number("well.build_rate_deg_per_30m", config::Range{0, 90, true, false}, "build rate of the building well", 3);
   if (w.kind == analysis::WellKind::building) {
     w.build_rate = per_30m * kDegree / 30;
     c.require(w.build_rate * w.spacing <= kPi / 2, "well.build_rate_deg_per_30m",
               fmt::format("with well.spacing_m = {} there is more than 90 deg between two stations", w.spacing));
   }
-  const std::string toolface = c.choice("well.toolface", {"even", "random", "constant"}, "even");
+  const std::string toolface = c.choice(
+      "well.toolface", {"even", "random", "constant"},
+      "'even': turns by 137.50776 deg a station; 'random': by the seed, the same for all directions; 'constant'",
+      "even");
   w.toolface = toolface == "random"     ? analysis::ToolfaceSequence::random
                : toolface == "constant" ? analysis::ToolfaceSequence::constant
                                         : analysis::ToolfaceSequence::even;
@@ -43,7 +51,8 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
   std::array<bool, 6> estimated{true, true, true, true, true, true};
   if (!c.has("estimator.estimated")) return estimated;
   estimated.fill(false);
-  for (const std::string& name : c.texts("estimator.estimated")) {
+  for (const std::string& name :
+       c.texts("estimator.estimated", "parameters that are estimated; without it all that the estimator can")) {
     const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
     if (at == estimate::kParameterNames.end())
       c.fail("estimator.estimated",
@@ -56,9 +65,10 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
 }
 
 void read_verified(config::ConfigReader& c, Scenario& s) {
-  for (config::ConfigReader& entry : c.tables("verify")) {
-    VerifiedDirection v{entry.number("inclination_deg", config::Range::closed(0, 180)),
-                        entry.number("azimuth_deg", config::Range::closed(0, 360))};
+  for (config::ConfigReader& entry : c.tables("verify", "directions of the map in which trials are drawn, too")) {
+    VerifiedDirection v{
+        entry.number("inclination_deg", config::Range::closed(0, 180), "inclination of the last station"),
+        entry.number("azimuth_deg", config::Range::closed(0, 360), "azimuth of the last station")};
     // A vertical hole has nothing to compare: its azimuth is that of the tool.
     entry.require(v.inclination_deg >= 1 && v.inclination_deg <= 179, "inclination_deg",
                   "must be in [1, 179]: closer to the vertical an azimuth is not nearly linear in the readings");
@@ -91,8 +101,8 @@ survey::Survey benefit_well(const Scenario& s, double inclination_deg, double az
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180));
-  s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360));
+  s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180), "inclinations of the last station");
+  s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360), "azimuths of the last station, from true north");
   s.field = scenario::read_field(c);
   s.well = read_well(c, seed);
   s.spread = scenario::read_tool_spread(c);

@@ -4,6 +4,7 @@
 
 #include "analysis/msa_event.h"
 #include "analysis/msa_prediction.h"
+#include "config/meanings.h"
 #include "msa_position/study.h"
 #include "scenario/drilling.h"
 #include "scenario/scenario.h"
@@ -45,18 +46,22 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     read_event_scenario(c, s);
     return s;
   }
-  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  s.save_samples =
+      static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
   if (c.has("outputs")) {
-    const std::vector<std::string> outputs = c.texts("outputs");
+    const std::vector<std::string> outputs =
+        c.texts("outputs", "what is computed: 'parameters', 'position'; without it both");
     for (const std::string& o : outputs)
       c.require(o == "parameters" || o == "position", "outputs", "must be a list of \"parameters\", \"position\"");
     c.require(std::find(outputs.begin(), outputs.end(), "parameters") != outputs.end(), "outputs",
               "must contain \"parameters\", from which all else follows");
     s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
   }
-  s.control_variate = c.boolean("control_variate", true);
+  s.control_variate =
+      c.boolean("control_variate",
+                "tally the first-order prediction of every trial beside it, which makes intervals shorter", true);
   read_model(c, s);
-  s.noise.antithetic = c.boolean("antithetic", false);
+  s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
   s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);

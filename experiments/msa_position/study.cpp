@@ -424,7 +424,7 @@ class MsaPositionPlan final : public study::PlanOf<Scenario> {
   using PlanOf::PlanOf;
   double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return s_.survey_place.blamed_for([&] { return std::make_unique<PositionPoint>(s_, model_of(s_)); });
+    return s_.survey_place.with_place([&] { return std::make_unique<PositionPoint>(s_, model_of(s_)); });
   }
 };
 
@@ -436,11 +436,11 @@ study::Experiment experiment() {
           "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
-            // A survey's geometry may be one that no run can have: blamed_for() says which survey, in which case.
+            // A survey's geometry may be one that no run can have: with_place() says which survey, in which case.
             if (!s.events.empty())
               return events::event_plan(
                   s.event_run, s.annotations, random::stream_of(s.seed),
-                  [s] { return s.survey_place.blamed_for([&] { return events_of(s); }); }, montecarlo::kBlockTrials,
+                  [s] { return s.survey_place.with_place([&] { return events_of(s); }); }, montecarlo::kBlockTrials,
                   s.survey.size());
             return std::make_unique<MsaPositionPlan>(std::move(s));
           }};

@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "compare/annotations.h"
+#include "config/meanings.h"
 #include "montecarlo/blocks.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
@@ -42,7 +43,7 @@ struct Published {
 };
 
 std::size_t read_station(config::ConfigReader& entry, const survey::Survey& survey) {
-  const double md = entry.number("md_m", config::Range::non_negative());
+  const double md = entry.number("md_m", config::Range::non_negative(), "measured depth of the row");
   if (const auto k = survey::station_at(survey, md)) return *k;
   entry.fail("md_m", "the survey has no station at this depth");
 }
@@ -51,11 +52,12 @@ std::size_t read_station(config::ConfigReader& entry, const survey::Survey& surv
 std::vector<Published> read_published(config::ConfigReader& c, const survey::Survey& survey,
                                       const scenario::ToolRuns& tools) {
   std::vector<Published> out;
-  for (config::ConfigReader& entry : c.tables("published")) {
+  for (config::ConfigReader& entry : c.tables("published", config::meaning::kPublished)) {
     const compare::PublishedEntry given = compare::read_published(entry);
     Published p{0, "total", given.values, given.source};
-    if (entry.choice("table", {"covariance", "covariance_by_source"}) == "covariance_by_source")
-      p.source = entry.text("error_source");
+    if (entry.choice("table", {"covariance", "covariance_by_source"}, config::kMeaningElsewhere) ==
+        "covariance_by_source")
+      p.source = entry.text("error_source", "source of the row, of `covariance_by_source`");
     for (const auto& [quantity, value] : p.values)
       entry.require(std::find(kElements.begin(), kElements.end(), quantity) != kElements.end(), "values",
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
@@ -98,7 +100,8 @@ struct Scenario {
 };
 
 propagate::SourceDetail read_source_detail(config::ConfigReader& c) {
-  const std::string word = c.choice("output.by_source", {"all", "last", "none"}, "all");
+  const std::string word = c.choice("output.by_source", {"all", "last", "none"},
+                                    "of which stations the table `covariance_by_source` has rows", "all");
   return word == "all"    ? propagate::SourceDetail::all
          : word == "last" ? propagate::SourceDetail::last
                           : propagate::SourceDetail::none;
@@ -115,12 +118,15 @@ Scenario read_scenario(config::ConfigReader& c) {
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.detail = read_source_detail(c);
-  s.last_only = c.choice("output.stations", {"all", "last"}, "all") == "last";
+  s.last_only = c.choice("output.stations", {"all", "last"}, "of which stations the tables have rows", "all") == "last";
   if (s.last_only && s.detail == propagate::SourceDetail::all)
     c.fail("output.by_source", "must be \"last\" or \"none\" where output.stations = \"last\"");
   s.report = read_uncertainty_report(c, s.survey);
-  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
-  s.margin = c.number("verdict.margin", config::Range::open(0, 1), 1e-6);
+  if (c.has("trials"))
+    c.integer("trials", 0, 1'000'000'000'000,
+              config::meaning::kUnusedTrials);  // any config may have it; nothing is drawn here
+  s.margin = c.number("verdict.margin", config::Range::open(0, 1),
+                      "margin of the difference, of the trace of the covariance", 1e-6);
   s.published = read_published(c, s.survey, s.tools);
   for (const Published& p : s.published)
     if (p.source != "total" && s.detail != propagate::SourceDetail::all)

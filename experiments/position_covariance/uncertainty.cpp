@@ -50,16 +50,20 @@ std::vector<Level> levels_of(const UncertaintyReport& report) {
 
 UncertaintyReport read_uncertainty_report(config::ConfigReader& c, const survey::Survey& survey) {
   UncertaintyReport report;
-  const auto list = [&](const char* key, const config::Range& range, const std::vector<double>& fallback) {
-    std::vector<double> values = c.has(key) ? c.number_or_list(key, range) : fallback;
+  const auto list = [&](const char* key, const config::Range& range, std::string_view meaning,
+                        const std::vector<double>& fallback) {
+    std::vector<double> values = c.has(key) ? c.number_or_list(key, range, meaning) : fallback;
     std::sort(values.begin(), values.end());
     c.require(std::adjacent_find(values.begin(), values.end()) == values.end(), key, "has a value twice");
     return values;
   };
-  report.sigmas = list("report.sigmas", {0, 100, true, false}, {2});
+  report.sigmas =
+      list("report.sigmas", {0, 100, true, false}, "sds for which the table `uncertainty` has rows, besides 1", {2});
   std::erase(report.sigmas, 1);  // always there
-  report.percent = list("report.percent", config::Range::open(0, 100), {});
-  report.md = list("report_md_m", config::Range::non_negative(), {});
+  report.percent = list("report.percent", config::Range::open(0, 100),
+                        "per cent of all errors that a row of the table `uncertainty` holds", {});
+  report.md = list("report_md_m", config::Range::non_negative(),
+                   "depths for which the table `uncertainty` has rows; the last station is always among them", {});
   const double first = survey.stations.front().md, last = survey.stations.back().md;
   for (double& md : report.md) {
     const std::optional<double> on = survey::depth_on(survey, md);

@@ -19,29 +19,30 @@ constexpr int kMostNormals = 10'000;
 rare::TestProblem read_problem(config::ConfigReader& c) {
   rare::TestProblem p;
   const std::vector<std::string>& names = rare::test_problem_names();
-  p.name = c.choice("problem.name", names);
+  p.name = c.choice("problem.name", names, "the problem (docs/studies.md)");
   const auto size = [&](int usual) {
-    p.dimension = static_cast<int>(c.integer("problem.dimension", 1, kMostNormals, usual));
+    p.dimension = static_cast<int>(c.integer("problem.dimension", 1, kMostNormals, "number of normals", usual));
   };
   constexpr double kMostBeta = 35;  // its probability is 1e-268
   const config::Range distance = config::Range{0, kMostBeta, true, false};
   if (p.name == "linear") {
     size(2);
-    p.beta = {c.number("problem.beta", distance)};
+    p.beta = {
+        c.number("problem.beta", distance, "distance of the event from the origin, in sd; of 'union' a list of them")};
   } else if (p.name == "union") {
-    p.beta = c.numbers("problem.beta", distance);
+    p.beta = c.numbers("problem.beta", distance, config::kMeaningElsewhere);
     size(static_cast<int>(p.beta.size()));
     c.require(p.beta.size() <= static_cast<std::size_t>(p.dimension), "problem.beta",
               fmt::format("has {} values: must have at most problem.dimension = {}", p.beta.size(), p.dimension));
   } else if (p.name == "product") {
-    p.level = c.number("problem.level", config::Range{0, 600, true, false});
+    p.level = c.number("problem.level", config::Range{0, 600, true, false}, "the event is a product above this level");
   } else if (p.name == "sphere") {
     size(2);
-    p.radius = c.number("problem.radius", distance);
+    p.radius = c.number("problem.radius", distance, "radius of the sphere");
   } else if (p.name == "disc") {
-    p.mean = c.numbers("problem.mean", {}, 2);
-    p.sd = c.numbers("problem.sd", config::Range::positive(), 2);
-    p.radius = c.number("problem.radius", config::Range::positive());
+    p.mean = c.numbers("problem.mean", {}, "mean of the two normals", 2);
+    p.sd = c.numbers("problem.sd", config::Range::positive(), "sd of the two normals", 2);
+    p.radius = c.number("problem.radius", config::Range::positive(), "radius of the disc");
     c.require(std::hypot(p.mean[0], p.mean[1]) > p.radius, "problem.mean",
               "lies on the disc: the event holds at z = 0, and is not rare");
   }

@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "compare/table_rows.h"
+#include "config/meanings.h"
 #include "reliability/layers.h"
 #include "reliability/responses.h"
 #include "reliability/scenario.h"
@@ -44,7 +45,7 @@ struct Scenario {
 std::vector<std::string> read_layers(config::ConfigReader& c, const LayerModel& m, const ErrorSubject& subject) {
   if (!c.has("maps")) return default_layers(m, subject);
   const std::vector<std::string> known = layer_names(m, subject);
-  std::vector<std::string> layers = c.texts("maps");
+  std::vector<std::string> layers = c.texts("maps", "maps that are made");
   for (const std::string& l : layers) {
     const bool there = std::find(known.begin(), known.end(), l) != known.end();
     c.require(there || subject.combined() || has_gross_error(m) || !is_response_layer(l), "maps",
@@ -57,7 +58,8 @@ std::vector<std::string> read_layers(config::ConfigReader& c, const LayerModel& 
 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
-  c.integer("trials", 0, 1'000'000'000'000, 0);  // as every config may have; nothing is drawn here
+  c.integer("trials", 0, 1'000'000'000'000, config::meaning::kUnusedTrials,
+            0);  // as every config may have; nothing is drawn here
   s.layer_model.model = scenario::read_adjustment_model(c);
   const TestLevels levels = scenario::read_test_levels(c);
   s.layer_model.lambda0 = lambda0(levels);
@@ -76,8 +78,11 @@ Scenario read_scenario(config::ConfigReader& c) {
   c.require(slow == s.layers.end() || points <= static_cast<double>(kMostSlow), "maps",
             slow == s.layers.end() ? "" : fmt::format("{} takes a grid of at most {} points", *slow, kMostSlow));
   if (c.has("tolerance")) {
-    s.tolerance = {true, c.number("tolerance.inclination_deg", config::Range::positive(), 0.1),
-                   c.number("tolerance.azimuth_deg", config::Range::positive(), 1)};
+    s.tolerance = {true,
+                   c.number("tolerance.inclination_deg", config::Range::positive(),
+                            "largest effect on the inclination that is accepted, in the table `tolerance`", 0.1),
+                   c.number("tolerance.azimuth_deg", config::Range::positive(),
+                            "largest effect on the azimuth that is accepted, in the table `tolerance`", 1)};
     c.require(points <= static_cast<double>(kMostHeld), "tolerance", "takes a grid that fits into memory");
   }
   if (c.has("statement")) {

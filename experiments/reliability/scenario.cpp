@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "config/meanings.h"
 
 namespace surveymc::studies::reliability {
 
@@ -29,7 +30,8 @@ std::size_t read_observation(const config::ConfigReader& c, const std::string& k
 }  // namespace
 
 std::vector<std::size_t> read_observations(config::ConfigReader& c, AdjustmentMode mode) {
-  const std::vector<std::string> wanted = c.texts("observation");
+  const std::vector<std::string> wanted =
+      c.texts("observation", "the reading or reference in error: one, a list, or 'all'");
   if (wanted == std::vector<std::string>{"all"}) return observed(mode);
   std::vector<std::size_t> all;
   for (const std::string& name : wanted)
@@ -46,7 +48,9 @@ std::vector<ErrorSubject> read_subjects(config::ConfigReader& c, AdjustmentMode 
     std::vector<std::pair<std::size_t, double>> entries;
     std::vector<std::size_t> numbers;
     double square = 0;
-    for (const auto& [name, length] : c.number_table("direction", config::Range::closed(-1e6, 1e6))) {
+    for (const auto& [name, length] :
+         c.number_table("direction", config::Range::closed(-1e6, 1e6),
+                        "in place of `observation`: an error in two or more at once, in sd; of any length")) {
       numbers.push_back(read_observation(c, "direction", name, mode, numbers, ""));
       entries.emplace_back(numbers.back(), length);
       c.require(std::abs(length) >= 1e-6, "direction", name + " must not be 0, nor below 1e-6");
@@ -62,7 +66,9 @@ std::vector<ErrorSubject> read_subjects(config::ConfigReader& c, AdjustmentMode 
     subjects.push_back(std::move(s));
   } else if (c.has("weakest_of")) {
     ErrorSubject s;
-    for (const std::string& name : c.texts("weakest_of"))
+    for (const std::string& name :
+         c.texts("weakest_of",
+                 "in place of `observation`: two or more; of all combinations of one length the one that shows least"))
       s.observations.push_back(read_observation(c, "weakest_of", name, mode, s.observations, ""));
     c.require(s.observations.size() > 1, "weakest_of", "takes two observations or more; one alone is an observation");
     subjects.push_back(std::move(s));
@@ -81,7 +87,8 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
     sizes[u] = kNaN;
     if (!c.has(key)) continue;
     any = true;
-    sizes[u] = c.number(key, config::Range::closed(-1e6, 1e6));
+    sizes[u] =
+        c.number(key, config::Range::closed(-1e6, 1e6), "size of the gross error in the observations of this unit");
     c.require(sizes[u] != 0, key, "must not be 0");
     c.require(std::any_of(subjects.begin(), subjects.end(),
                           [&](const ErrorSubject& s) { return subject_unit(s) == units[u]; }),
@@ -99,15 +106,18 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
 ReliabilityGrid read_grid(config::ConfigReader& c, double dip_of_place) {
   ReliabilityGrid g;
   const config::Range dip = config::Range::closed(-89, 89);
-  g.dip_deg = c.has("field.model")     ? std::vector<double>{dip_of_place / kDegree}
-              : c.has("field.dip_deg") ? c.grid("field.dip_deg", dip)
-                                       : std::vector<double>{c.number("field.dip_deg", dip, 75)};
+  g.dip_deg = c.has("field.model") ? std::vector<double>{dip_of_place / kDegree}
+              : c.has("field.dip_deg")
+                  ? c.grid("field.dip_deg", dip, config::meaning::kDip)
+                  : std::vector<double>{c.number("field.dip_deg", dip, config::kMeaningElsewhere, 75)};
   const config::Range factor{0, 1000, true, false};
-  g.noise_scale =
-      c.has("noise_scale") ? c.grid("noise_scale", factor) : std::vector<double>{c.number("noise_scale", factor, 1)};
-  g.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180));
-  g.toolface_deg = c.grid("toolface_deg", config::Range::closed(-360, 360));
-  g.magnetic_azimuth_deg = c.grid("magnetic_azimuth_deg", config::Range::closed(-360, 360));
+  g.noise_scale = c.has("noise_scale")
+                      ? c.grid("noise_scale", factor, "multiplies the noise sigmas of both sensors")
+                      : std::vector<double>{c.number("noise_scale", factor, config::kMeaningElsewhere, 1)};
+  g.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180), "inclinations of the grid");
+  g.toolface_deg = c.grid("toolface_deg", config::Range::closed(-360, 360), "toolfaces of the grid, from y");
+  g.magnetic_azimuth_deg =
+      c.grid("magnetic_azimuth_deg", config::Range::closed(-360, 360), "magnetic azimuths of the grid");
   return g;
 }
 

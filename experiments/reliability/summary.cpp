@@ -228,19 +228,21 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const Relia
                                        const std::vector<ErrorSubject>& subjects,
                                        const std::vector<std::string>& layers) {
   std::vector<Statement> all;
-  for (config::ConfigReader& c : config.tables("statement")) {
+  for (config::ConfigReader& c : config.tables("statement", "published statements on the maps")) {
     Statement s;
-    s.text = c.text("text");
-    s.quantity = c.choice("quantity", layers);
+    s.text = c.text("text", "the statement, in its words");
+    s.quantity = c.choice("quantity", layers, "map that it is about");
     std::vector<std::string> names;
     for (const ErrorSubject& subject : subjects) names.push_back(subject_name(subject));
-    const std::string name = c.choice("observation", names, names.front());
+    const std::string name = c.choice("observation", names, "observation that it is about", names.front());
     s.subject = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     s.statistic =
-        c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"});
+        c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"},
+                 "what it says of the map: 'crossing': the inclination where the size passes `level`, or the size in "
+                 "the map `crosses`; 'largest_ratio': point by point over `relative_to`");
     for (auto [key, part] : {std::pair{"where", &s.where}, std::pair{"relative_to", &s.relative_to}}) {
       if (!c.has(key)) continue;
-      *part = c.number_table(key, {});
+      *part = c.number_table(key, {}, "points of the grid: those with these values of the axes");
       for (const auto& [axis, value] : *part) {
         const bool known = std::find(kAxes.begin(), kAxes.end(), axis) != kAxes.end();
         c.require(known, key, axis + " is no axis of the maps");
@@ -260,17 +262,18 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const Relia
                 "a crossing is along the inclination, and there are several points at one: name the other axes in "
                 "where");
     if (c.has("crosses")) {
-      s.crosses = c.choice("crosses", layers);
+      s.crosses = c.choice("crosses", layers, "map whose sizes the crossing meets");
       c.require(s.statistic == "crossing" && s.relative_to.empty(), "crosses", "only with a crossing of its own");
       c.require(!c.has("level"), "level", "not together with crosses");
       c.require(layer_unit(s.crosses, subjects[s.subject]) == layer_unit(s.quantity, subjects[s.subject]), "crosses",
                 "has another unit than " + s.quantity);
     } else if (s.statistic == "crossing") {
-      s.level = c.number("level", config::Range::positive());
+      s.level = c.number("level", config::Range::positive(), "size at the crossing");
     }
-    s.published = c.number("published", {});
-    s.tolerance = c.number("tolerance", config::Range::positive(), 0.02);
-    s.expected = c.choice("expected", {"agrees", "differs"}, "agrees");
+    s.published = c.number("published", {}, "the published number");
+    s.tolerance =
+        c.number("tolerance", config::Range::positive(), "largest distance of the ratio from 1 that agrees", 0.02);
+    s.expected = c.choice("expected", {"agrees", "differs"}, "verdict that is expected", "agrees");
     if (c.matches_point("at")) all.push_back(std::move(s));
   }
   return all;

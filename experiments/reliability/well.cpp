@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "compare/table_rows.h"
+#include "config/meanings.h"
 #include "reliability/along_well.h"
 #include "reliability/scenario.h"
 #include "scenario/adjustment_scenario.h"
@@ -32,17 +33,23 @@ struct WellScenario {
 
 WellScenario read_well_scenario(config::ConfigReader& c, random::StudySeed seed) {
   WellScenario s;
-  c.integer("trials", 0, 1'000'000'000'000, 0);
+  c.integer("trials", 0, 1'000'000'000'000, config::meaning::kUnusedTrials, 0);
   const bool stations_given = c.has("stations");
   s.model = scenario::read_adjustment_model(c);
   s.model.field.dip = scenario::read_dip(c, s.model);
   if (!c.has("field.model")) s.model.field.convergence = scenario::read_convergence(c);
   s.lambda0 = lambda0(scenario::read_test_levels(c));
   s.observations = read_observations(c, s.model.mode);
-  s.worst_toolface = c.choice("toolface", {"survey", "worst"}, "survey") == "worst";
-  s.test =
-      c.choice("detected_by", {"general", "own"}, "general") == "own" ? DetectedBy::own_test : DetectedBy::general_test;
-  s.listed = c.integer("listed", 1, 1000, 5);
+  s.worst_toolface =
+      c.choice(
+          "toolface", {"survey", "worst"},
+          "'survey': toolfaces of the survey; 'worst': of all toolfaces the one at which the error moves the end most",
+          "survey") == "worst";
+  s.test = c.choice("detected_by", {"general", "own"},
+                    "the test that finds the error: the general one, or the reading's own", "general") == "own"
+               ? DetectedBy::own_test
+               : DetectedBy::general_test;
+  s.listed = c.integer("listed", 1, 1000, "stations in the table `worst_stations`", 5);
   s.survey = s.worst_toolface ? scenario::read_survey(c, s.model.field, false)
                               : scenario::read_drilled_survey(c, s.model.field, seed);
   if (stations_given)

@@ -18,6 +18,7 @@
 #include "compare/position_comparison.h"
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
+#include "config/meanings.h"
 #include "random/study_stream.h"
 #include "scenario/drilling.h"
 #include "scenario/scenario.h"
@@ -107,7 +108,7 @@ std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& su
   const std::string key = feet ? "report_md_ft" : "report_md_m";
   if (!c.has(key)) return {survey.size() - 1};
   c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
-  const std::vector<double> depths = c.numbers(key, {});
+  const std::vector<double> depths = c.numbers(key, {}, config::meaning::kReportDepths);
   c.require(depths.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
   std::vector<int> reported;
   for (const double depth : depths) {
@@ -123,21 +124,24 @@ std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& su
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  s.save_samples =
+      static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
   s.field = scenario::read_field(c);
   std::vector<std::string> modes = scenario::kDrillingModes;
   modes.push_back("survey");
-  const bool surveyed = c.choice("drilling.mode", modes) == "survey";
+  const bool surveyed = c.choice("drilling.mode", modes, config::kMeaningElsewhere) == "survey";
   s.survey = scenario::read_survey(c, s.field, surveyed);
   // read_survey() has asked for it where the file's toolfaces are used.
-  const double zero = c.choice("survey.toolface_zero", {"x", "y"}, "y") == "x" ? kPi / 2 : 0.0;
+  const double zero =
+      c.choice("survey.toolface_zero", {"x", "y"}, config::meaning::kToolfaceZero, "y") == "x" ? kPi / 2 : 0.0;
   s.plan = scenario::read_drilling(c, s.survey.md(), zero, random::stream_of(seed), modes);
   if (surveyed) s.plan = survey::surveyed_toolfaces(s.survey);
   s.sd = scenario::read_sensor_errors(c);
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
             "must have one size greater than 0");
   s.reported = read_reported(c, s.survey);
-  s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
+  s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "'tie_on': the first station is without error",
+                               "measured") == "tie_on";
   s.verdict = compare::read_verdict_rule(c);
   s.trial_plan = compare::read_verdict_plan(c, rows_of(), s.verdict, {20});
   s.annotations = compare::Annotations::read(c, rows_of());

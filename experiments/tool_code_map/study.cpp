@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "compare/table_rows.h"
+#include "config/meanings.h"
 #include "propagate/tool_validity.h"
 #include "scenario/error_models.h"
 #include "scenario/scenario.h"
@@ -31,10 +32,11 @@ struct Scenario {
 
 /// `codes`: names, or `{ match = [...], without = [...] }`.
 std::vector<std::string> read_codes(config::ConfigReader& c) {
-  if (!c.has("codes.match")) return c.texts("codes");
-  const std::vector<std::string> match = c.texts("codes.match");
-  const std::vector<std::string> without =
-      c.has("codes.without") ? c.texts("codes.without") : std::vector<std::string>();
+  if (!c.has("codes.match")) return c.texts("codes", "names of shipped error models, or { match, without }");
+  const std::vector<std::string> match = c.texts("codes.match", "patterns of names; * stands for any text");
+  const std::vector<std::string> without = c.has("codes.without")
+                                               ? c.texts("codes.without", "patterns of names that are left out")
+                                               : std::vector<std::string>();
   const std::vector<std::string> names = config::matching_shipped_models(match, without);
   c.require(!names.empty(), "codes.match", "fits no shipped error model: surveymc models lists them");
   return names;
@@ -53,15 +55,18 @@ Scenario read_scenario(config::ConfigReader& c) {
     s.models.push_back(config::read_shipped_model(c, "codes", *shipped));
   }
   s.latitude = scenario::read_latitude(c, s.models);
-  s.inclinations_deg = c.grid("map.inclination_deg", config::Range::closed(0, 180));
-  s.azimuths_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360));
-  s.length = c.number("map.length_m", config::Range::positive(), 900);
-  s.spacing = c.number("map.spacing_m", config::Range::positive(), 30);
+  s.inclinations_deg = c.grid("map.inclination_deg", config::Range::closed(0, 180), "inclinations of the map");
+  s.azimuths_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360), "azimuths of the map, from true north");
+  s.length = c.number("map.length_m", config::Range::positive(), "length of the hole", 900);
+  s.spacing =
+      c.number("map.spacing_m", config::Range::positive(), "distance of the stations; random errors depend on it", 30);
   const double intervals = s.length / s.spacing;
   c.require(intervals < 100'000.5, "map.spacing_m", "more than 100000 stations a hole");
   c.require(std::abs(intervals - std::round(intervals)) < 1e-6 && intervals > 0.5, "map.spacing_m",
             "must divide length_m into whole intervals");
-  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+  if (c.has("trials"))
+    c.integer("trials", 0, 1'000'000'000'000,
+              config::meaning::kUnusedTrials);  // any config may have it; nothing is drawn here
   c.finish();
   return s;
 }

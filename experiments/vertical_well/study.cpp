@@ -16,6 +16,7 @@
 #include "compare/position_comparison.h"
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
+#include "config/meanings.h"
 #include "random/study_stream.h"
 #include "scenario/drilling.h"
 #include "sensor/sensor_runs.h"
@@ -81,18 +82,21 @@ std::vector<compare::Row> rows_of(const Scenario& s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
-  const double depth = c.number("depth_m", config::Range::positive());
-  s.spacing = c.number("spacing_m", config::Range::positive());
+  s.save_samples =
+      static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
+  const double depth = c.number("depth_m", config::Range::positive(), "depth of the well");
+  s.spacing = c.number("spacing_m", config::Range::positive(), "distance of the stations");
   const double legs = depth / s.spacing;
   c.require(std::abs(legs - std::round(legs)) < 1e-9 * legs && legs > 0.5, "spacing_m",
             "must divide depth_m into whole intervals");
   c.require(legs < 3000.5, "spacing_m", "makes more than 3000 intervals");
   s.legs = static_cast<int>(std::lround(legs));
   s.field = scenario::read_field_of_magnetic_north(c);
-  s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false});
+  s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false},
+                       "one sd of an accelerometer's bias");
   s.plan = scenario::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
-  s.formulations = c.has("formulations") ? c.texts("formulations") : analysis::vertical_well_formulations();
+  s.formulations = c.has("formulations") ? c.texts("formulations", "predictions that are compared; without it all")
+                                         : analysis::vertical_well_formulations();
   const std::vector<std::string>& known = analysis::vertical_well_formulations();
   for (std::size_t f = 0; f < s.formulations.size(); ++f) {
     const auto begin = s.formulations.begin(), here = begin + static_cast<std::ptrdiff_t>(f);

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "config/meanings.h"
+
 namespace surveymc::compare {
 namespace {
 
@@ -31,30 +33,33 @@ void require_known(const config::ConfigReader& entry, const std::string& key, co
 
 PublishedEntry read_published(config::ConfigReader& entry) {
   PublishedEntry p;
-  p.source = entry.text("source");
-  p.table = entry.text("table");
-  p.values = entry.number_table("values", {});
+  p.source = entry.text("source", "where the values were published");
+  p.table = entry.text("table", config::meaning::kTableOfRow);
+  p.values = entry.number_table("values", {}, "published values: { quantity = number }");
   p.here = entry.matches_point("at");
   return p;
 }
 
 Annotations Annotations::read(config::ConfigReader& config, const std::vector<Row>& rows) {
   Annotations a;
-  for (config::ConfigReader& entry : config.tables("published")) {
+  for (config::ConfigReader& entry : config.tables("published", config::meaning::kPublished)) {
     const PublishedEntry published = read_published(entry);
     a.has_published_ = true;
-    Row name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
+    Row name{published.table,
+             entry.has("formulation") ? entry.text("formulation", config::meaning::kFormulationOfRow) : "", ""};
     for (const auto& [quantity, value] : published.values) {
       name.quantity = quantity;
       require_known(entry, "values", name, rows);
       if (published.here) a.published_.push_back({name, value});
     }
   }
-  for (config::ConfigReader& entry : config.tables("expect")) {
-    Row name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
-    const std::string verdict = entry.choice("verdict", {"agrees", "differs", "undecided"});
+  for (config::ConfigReader& entry : config.tables("expect", "rows for which a verdict is expected")) {
+    Row name{entry.text("table", config::meaning::kTableOfRow),
+             entry.has("formulation") ? entry.text("formulation", config::meaning::kFormulationOfRow) : "", ""};
+    const std::string verdict =
+        entry.choice("verdict", {"agrees", "differs", "undecided"}, config::meaning::kExpectedVerdict);
     const bool here = entry.matches_point("at");
-    for (const std::string& quantity : entry.texts("quantities")) {
+    for (const std::string& quantity : entry.texts("quantities", "quantities of the rows that are meant")) {
       name.quantity = quantity;
       require_known(entry, "quantities", name, rows);
       if (here) a.expected_.push_back({name, verdict});

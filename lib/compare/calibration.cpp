@@ -164,11 +164,16 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<Row>
   CalibrationRule rule;
   rule.on = c.has("calibration");
   if (!rule.on) return rule;
-  rule.margin = c.number("calibration.margin", config::Range{0, 0.5, false, true}, rule.margin);
-  rule.confidence = c.number("calibration.confidence", kConfidences, rule.confidence);
-  rule.truth_as_is = c.choice("calibration.truth", {"prior", "as_is"}, "prior") == "as_is";
+  rule.margin =
+      c.number("calibration.margin", config::Range{0, 0.5, false, true},
+               "largest deviation of a share that agrees; 0: the band's own test at `confidence`", rule.margin);
+  rule.confidence = c.number("calibration.confidence", kConfidences, "of the whole band", rule.confidence);
+  rule.truth_as_is =
+      c.choice("calibration.truth", {"prior", "as_is"},
+               "'prior': an estimator with priors is tested with truths drawn from them; 'as_is': with any truth",
+               "prior") == "as_is";
   if (!c.has("calibration.quantities")) return rule;
-  rule.quantities = c.texts("calibration.quantities");
+  rule.quantities = c.texts("calibration.quantities", "quantities that are tested; without it all");
   std::vector<std::string> once;
   for (const Row& row : rows)
     if (row.calibrated && row.available && std::find(once.begin(), once.end(), row.quantity) == once.end())

@@ -4,6 +4,7 @@
 
 #include <fmt/ranges.h>
 
+#include "config/meanings.h"
 #include "config/suggest.h"
 #include "montecarlo/run_blocks.h"
 #include "store/table.h"
@@ -12,10 +13,16 @@ namespace surveymc::compare {
 
 VerdictRule read_verdict_rule(config::ConfigReader& c) {
   const VerdictRule usual;
-  if (c.has("verdict.family")) c.choice("verdict.family", {"holm", "none"});  // read_run asks for it, for all points
-  return {c.number("verdict.margin", config::Range::open(0, 1), usual.margin),
-          c.number("verdict.confidence", kConfidences, usual.confidence),
-          c.number("verdict.nees_margin", config::Range::open(0, 1), usual.nees_margin)};
+  if (c.has("verdict.family"))
+    c.choice(
+        "verdict.family", {"holm", "none"},
+        "how verdicts of many rows are judged together: 'holm', or 'none': each row alone. Not swept");  // read_run
+                                                                                                         // asks for it,
+                                                                                                         // for all
+                                                                                                         // points
+  return {c.number("verdict.margin", config::Range::open(0, 1), config::meaning::kMargin, usual.margin),
+          c.number("verdict.confidence", kConfidences, config::meaning::kConfidence, usual.confidence),
+          c.number("verdict.nees_margin", config::Range::open(0, 1), config::meaning::kNeesMargin, usual.nees_margin)};
 }
 
 namespace {
@@ -34,7 +41,9 @@ std::vector<std::uint64_t> looks_until(std::uint64_t most, double factor) {
 /// The rows that `stop.verdict` names, as "table.quantity" or "table.quantity.formulation".
 std::vector<Row> read_decisive_rows(config::ConfigReader& c, const std::vector<Row>& judged) {
   std::vector<Row> rows;
-  for (const std::string& name : c.texts("stop.verdict")) {
+  for (const std::string& name : c.texts("stop.verdict",
+                                         "end the run when each of these rows agrees or differs: `table.quantity`, or "
+                                         "`table.quantity.formulation`")) {
     std::string known, meant;
     const std::size_t before = rows.size();
     for (const Row& row : judged) {
@@ -60,7 +69,7 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<Row>& rows,
   constexpr double kClosely = 1.05, kOften = 1.1, kSeldom = 1.5;
   TrialPlan plan;
   if (!c.has("stop")) {
-    plan.trials = static_cast<std::uint64_t>(c.integer("trials", 2, kMost));
+    plan.trials = static_cast<std::uint64_t>(c.integer("trials", 2, kMost, config::meaning::kTrials));
     return plan;
   }
   std::vector<std::string> stoppable;
@@ -75,7 +84,7 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<Row>& rows,
     for (const char* key : {"stop.relative_ci", "stop.quantities", "stop.correction"})
       if (c.has(key)) c.fail(key, "not together with stop.verdict: a run ends by its intervals or by its verdicts");
     plan.decisive = read_decisive_rows(c, judged);
-    plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost));
+    plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost, config::meaning::kMostTrials));
     plan.looks = looks_until(plan.trials, kClosely);
     verdict.at_all_looks = true;
     return plan;
@@ -83,13 +92,16 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<Row>& rows,
   if (judged.empty() && c.has("stop.verdict"))
     c.fail("stop.verdict", "no row of this study has an interval that holds at all looks: end it by stop.relative_ci");
   if (stoppable.empty() && !c.has("stop.verdict")) c.fail("stop", "this study ends by its verdicts: give stop.verdict");
-  plan.relative_ci = c.number("stop.relative_ci", config::Range::open(0, 1));
-  plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost));
-  plan.quantities = c.texts("stop.quantities");
+  plan.relative_ci = c.number("stop.relative_ci", config::Range::open(0, 1),
+                              "end the run when the half width of each interval is below this part of the value");
+  plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost, config::meaning::kMostTrials));
+  plan.quantities = c.texts("stop.quantities", "quantities whose intervals end the run");
   for (const std::string& q : plan.quantities)
     if (std::find(stoppable.begin(), stoppable.end(), q) == stoppable.end())
       c.fail("stop.quantities", fmt::format("\"{}\" is none of {}", q, fmt::join(stoppable, ", ")));
-  const bool corrected = c.choice("stop.correction", {"none", "bonferroni"}, "none") == "bonferroni";
+  const bool corrected =
+      c.choice("stop.correction", {"none", "bonferroni"},
+               "'bonferroni': fewer looks, and intervals that hold at all of them", "none") == "bonferroni";
   plan.looks = looks_until(plan.trials, corrected ? kSeldom : kOften);
   if (corrected) verdict.confidence = 1 - (1 - verdict.confidence) / static_cast<double>(plan.looks.size());
   return plan;

@@ -1,4 +1,5 @@
 #include "compare/verdict_stop.h"
+#include "config/meanings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,7 @@ TrialPlan read_verdict_plan(config::ConfigReader& c, const std::vector<Row>& row
     return plan;
   }
   TrialPlan plan;
-  plan.trials = static_cast<std::uint64_t>(c.integer("trials", limits.fewest, limits.most));
+  plan.trials = static_cast<std::uint64_t>(c.integer("trials", limits.fewest, limits.most, config::meaning::kTrials));
   return plan;
 }
 

@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "config/config_document.h"
 #include "config/key_log.h"
-#include "config/reader_state.h"
 #include "config/toml_tree.h"
 
 namespace surveymc::config {
@@ -76,19 +75,10 @@ std::vector<SweepValue> Config::sweep_values(std::size_t point) const {
   return doc_->sweep.values(point);
 }
 
-static ConfigReader reader_of(std::shared_ptr<ConfigDocument> doc, std::size_t point, TomlNode root) {
-  auto p = std::make_shared<ConfigPoint>();
-  p->doc = std::move(doc);
-  p->index = point;
-  p->root = std::move(root);
-  const TomlNode* table = &p->root;
-  return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(p), table, ""}));
-}
-
-ConfigReader Config::reader(std::size_t point) { return reader_of(doc_, point, doc_->point_root(point)); }
+ConfigReader Config::reader(std::size_t point) { return ConfigReader::of_point(doc_, point, doc_->point_root(point)); }
 
 void Config::fail(const std::string& key, const std::string& rule) const {
-  reader_of(doc_, 0, doc_->base).fail(key, rule);
+  ConfigReader::of_point(doc_, 0, doc_->base).fail(key, rule);
 }
 
 std::string Config::resolved_text() const { return doc_->resolved_text(); }

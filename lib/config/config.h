@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -65,9 +66,9 @@ class ConfigPlace {
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
-  /// What make() returns. An InputError of it, which knows no config, becomes one of this place.
+  /// What make() returns. An InputError of make(), which knows no config, gets this place.
   template <class Make>
-  auto blamed_for(Make make) const {
+  auto with_place(Make make) const {
     try {
       return make();
     } catch (const InputError& e) {
@@ -81,71 +82,87 @@ class ConfigPlace {
   std::string place_, key_;
 };
 
+struct ConfigDocument;
+
+struct TomlNode;
+struct ConfigValue;
+
+/// The meaning of a key that is asked for once more: it stands where the key is asked for first.
+inline constexpr std::string_view kMeaningElsewhere = "";
+
 /// Strict, typed view of one point's config, or of one table inside it.
 ///
-/// Keys are dotted ("field.dip_deg"). Every getter names its rule and throws InputError
-/// "file.toml:12: field.dip_deg = 95: must be in [-90, 90]". Getters with a default write the default into the
-/// resolved config. NaN and infinity are never accepted. finish() throws on any key that nobody asked for, with the
-/// nearest known key ("did you mean ...", "the unit is missing: ...").
+/// Keys are dotted ("field.dip_deg") and end in their unit. A getter names type, rule, default and meaning of its key;
+/// `surveymc keys` and the tables of docs/results-format.md are made of these (key_log.h). It throws InputError
+/// "file.toml:12: field.dip_deg = 95: must be in [-90, 90]". Getters with a fallback write it into the resolved config;
+/// a fallback that the rule would refuse, such as an empty text or a number out of range, stands for "absent" and is
+/// not written. NaN and infinity are never accepted. finish() throws on any key that nobody asked for, with the nearest
+/// known key ("did you mean ...", "the unit is missing: ...").
 /// A string where a table is expected stands for that table's `name`: `estimator = "msa"` is `estimator.name = "msa"`.
+///
+/// `meaning`: a phrase or sentence for users, in Markdown without links; it must outlive the program's configs, as
+/// string literals do.
 class ConfigReader {
  public:
+  /// True if the key is there.
   bool has(const std::string& key) const;
-
-  double number(const std::string& key, const Range& range, const std::optional<double>& fallback = std::nullopt);
-  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi,
-                       const std::optional<std::int64_t>& fallback = std::nullopt);
-  bool boolean(const std::string& key, bool fallback);
   /// True if the key is there and has a word (true is one to choice()): for keys that may have a number or a word.
   bool is_text(const std::string& key) const;
-  std::string text(const std::string& key, const std::optional<std::string>& fallback = std::nullopt);
-  std::string choice(const std::string& key, const std::vector<std::string>& allowed,
+
+  double number(const std::string& key, const Range& range, std::string_view meaning,
+                const std::optional<double>& fallback = std::nullopt);
+  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::string_view meaning,
+                       const std::optional<std::int64_t>& fallback = std::nullopt);
+  bool boolean(const std::string& key, std::string_view meaning, bool fallback);
+  std::string text(const std::string& key, std::string_view meaning,
+                   const std::optional<std::string>& fallback = std::nullopt);
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed, std::string_view meaning,
                      const std::optional<std::string>& fallback = std::nullopt);
   /// A date as decimal year, years of 365 or 366 days: 2026-07-01 (with or without quotes, from the year 1600 on) or
   /// the number 2026.4959.
-  double decimal_year(const std::string& key);
+  double decimal_year(const std::string& key, std::string_view meaning);
   /// Array of exactly `count` numbers; any number of them, but at least one, if count < 0.
-  /// (All getters: a fallback that the getter's own rule would refuse, such as an empty text or a number out of range,
-  /// stands for "absent" and is not written into the resolved config.)
-  std::vector<double> numbers(const std::string& key, const Range& range, int count = -1,
+  std::vector<double> numbers(const std::string& key, const Range& range, std::string_view meaning, int count = -1,
                               const std::optional<std::vector<double>>& fallback = std::nullopt);
   /// A number, or a list of at least one in any order.
-  std::vector<double> number_or_list(const std::string& key, const Range& range);
+  std::vector<double> number_or_list(const std::string& key, const Range& range, std::string_view meaning);
   /// A number, a list, or { from, to, step } (both ends included when they fit; strictly monotone, never empty).
-  std::vector<double> grid(const std::string& key, const Range& range);
+  std::vector<double> grid(const std::string& key, const Range& range, std::string_view meaning);
   /// A string or an array of strings.
-  std::vector<std::string> texts(const std::string& key);
+  std::vector<std::string> texts(const std::string& key, std::string_view meaning);
   /// An inline table of numbers: { a = 1.0, b = 2.0 }, in alphabetical order of the names.
-  std::vector<std::pair<std::string, double>> number_table(const std::string& key, const Range& range);
+  std::vector<std::pair<std::string, double>> number_table(const std::string& key, const Range& range,
+                                                           std::string_view meaning);
   /// A list whose elements are strings or tables ("none", { name = "own", codes = ["A"] }), in order: the string, or
   /// the reader of the table. finish() of this reader covers them. `fallback`: strings.
-  std::vector<std::variant<std::string, ConfigReader>> texts_or_tables(const std::string& key,
+  std::vector<std::variant<std::string, ConfigReader>> texts_or_tables(const std::string& key, std::string_view meaning,
                                                                        const std::vector<std::string>& fallback);
   /// One reader per element of an array of tables; none if the key is absent. finish() of this reader covers them.
-  std::vector<ConfigReader> tables(const std::string& key);
+  std::vector<ConfigReader> tables(const std::string& key, std::string_view meaning);
   /// True if every entry of the inline table `key` equals this point's value of the dotted key it names
   /// (`at = { "noise.scale" = 1.0 }`). True if `key` is absent. Call it on a reader from tables(), when the keys of the
   /// point were read (defaults count as values). If it is false and nothing else of that table was asked for, finish()
   /// does not check the table: read its values first to have typing errors found at every point.
   bool matches_point(const std::string& key);
   /// Reads the CSV file that `key` names, relative to the config's folder.
-  InputTable csv(const std::string& key);
+  InputTable csv(const std::string& key, std::string_view meaning);
   /// The text of the file that `key` names, relative to the config's folder, for a format of the study's own.
-  InputText file_text(const std::string& key);
+  InputText file_text(const std::string& key, std::string_view meaning);
   /// The same for a text that the program brings with it; `key` has chosen it. Of a result that is run again, the text
   /// that is stored there.
   InputText file_text(const std::string& key, const InputText& shipped);
   /// The same for a file of any size, to be read line by line. One of more than kLargestStoredFile bytes is read once
   /// for its hash, and is not stored.
-  InputFile file(const std::string& key);
+  InputFile file(const std::string& key, std::string_view meaning);
   /// A table of numbers out of the file that `key` names: load(path) reads it, unless the result that is run again has
   /// it. IoError of load becomes the message of an InputError. `reading`: how load reads it, in words; a file is stored
   /// once, so that a config which has it read in two ways is refused.
-  InputTable table(const std::string& key, const std::function<InputTable(const std::filesystem::path&)>& load,
+  InputTable table(const std::string& key, std::string_view meaning,
+                   const std::function<InputTable(const std::filesystem::path&)>& load,
                    const std::string& reading = {});
   /// A strict reader of the TOML file that `key` names, relative to the config's folder; its messages name that file's
   /// lines. Call its finish(), too.
-  ConfigReader toml(const std::string& key);
+  ConfigReader toml(const std::string& key, std::string_view meaning);
   /// The same for a document that the program brings with it; `key` has chosen it. Its path must be none of a file.
   ConfigReader toml(const std::string& key, const InputText& shipped);
 
@@ -166,15 +183,38 @@ class ConfigReader {
   /// A strict reader of a TOML file that no config names, relative to the working folder. Call its finish(), too.
   static ConfigReader of_file(const std::string& path);
 
-  struct State;  // shared with the Config that made it
-  explicit ConfigReader(std::shared_ptr<State> state);
-
  private:
-  std::shared_ptr<State> state_;
+  friend class Config;
+  struct Point;     // one point of a config, shared by the readers of its tables
+  struct Fallback;  // what a getter takes where the key is absent
+  ConfigReader(std::shared_ptr<Point> point, const TomlNode* table, std::string path);
+  static ConfigReader of_point(std::shared_ptr<ConfigDocument> doc, std::size_t index, TomlNode root);
+  static ConfigReader of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent);
+
+  std::string full_key(const std::string& key) const;
+  /// For messages about keys that are absent: the line of an element of an array of tables, else the file.
+  const std::string& place_of_table() const;
+  /// The value of a key. Does not make it known.
+  ConfigValue look_up(const std::string& key) const;
+  /// What every getter does first: tells the log type, rule, sample and choices, as describe() has them, and the
+  /// meaning; makes the key known; and gives its value. No value: the caller takes the fallback, which is remembered.
+  /// Throws InputError if there is neither.
+  template <class Describe>
+  ConfigValue ask(const std::string& key, std::string_view meaning, const Fallback& fallback, const Describe& describe);
+  /// The same for a string that may be written as the `name` of a table.
+  template <class Describe>
+  ConfigValue ask_name(const std::string& key, std::string_view meaning, const Fallback& fallback,
+                       const Describe& describe);
+  [[noreturn]] void refuse_missing(const std::string& key) const;
+  /// The reader of item `i` of an array of tables.
+  ConfigReader element(const std::string& key, const TomlNode& array, std::size_t i) const;
+
+  std::shared_ptr<Point> point_;
+  const TomlNode* table_ = nullptr;  // in the point
+  std::string path_;                 // of this table: "published[1]", or empty at the root
 };
 
 class Config;
-struct ConfigDocument;
 /// See key_log.h.
 Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
 

@@ -37,7 +37,7 @@ FileText read_file(const std::filesystem::path& path, std::uint64_t most, const 
 
 /// Of a config with a log: gives a point's config the values that the log supposes.
 void apply_suppositions(const KeyLog& log, TomlNode& root);
-/// The file of this path, "configs/thesis/traj1.csv", as it came with the program.
+/// Text of a file embedded in the program, by its path "configs/thesis/traj1.csv"; empty optional if there is none.
 std::optional<std::string> shipped_text(const std::filesystem::path& path);
 
 /// Everything that the points of one config share. Readers keep it alive.

@@ -8,9 +8,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "config/checked_numbers.h"
 #include "config/config.h"
-#include "config/reader_state.h"
+#include "config/config_point.h"
+#include "config/config_value.h"
+#include "config/suggest.h"
 #include "config/text.h"
 #include "config/toml_tree.h"
 
@@ -40,6 +41,12 @@ std::string integer_rule(std::int64_t lo, std::int64_t hi) {
   return fmt::format("must be in [{}, {}]", lo, hi);
 }
 
+/// Of a table with a name, `[estimator] name = ...` asked for as `estimator`, the name; else `value`.
+ConfigValue name_or_self(const ConfigValue& value) {
+  const TomlNode* name = value && value.node->is_table() ? value.node->entry("name") : nullptr;
+  return name ? ConfigValue{name, value.key + ".name"} : value;
+}
+
 // ---- for the log
 
 /// "" where every finite number is right.
@@ -67,78 +74,179 @@ std::string list_of(const std::string& sample, int count) {
 
 }  // namespace
 
-ConfigReader::ConfigReader(std::shared_ptr<State> state) : state_(std::move(state)) {}
+// ------------------------------------------------------------------------------------------------------------ asking
+
+ConfigReader::ConfigReader(std::shared_ptr<Point> point, const TomlNode* table, std::string path)
+    : point_(std::move(point)), table_(table), path_(std::move(path)) {}
+
+ConfigReader ConfigReader::of_point(std::shared_ptr<ConfigDocument> doc, std::size_t index, TomlNode root) {
+  auto point = std::make_shared<Point>();
+  point->doc = std::move(doc);
+  point->index = index;
+  point->root = std::move(root);
+  const TomlNode* table = &point->root;
+  return {std::move(point), table, ""};
+}
+
+/// A document of its own: messages name it, and its defaults do not enter the config's resolved text.
+ConfigReader ConfigReader::of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent) {
+  auto doc = std::make_shared<ConfigDocument>();
+  doc->parent = std::move(parent);
+  doc->label = document.path;
+  return of_point(std::move(doc), 0, parse_document(document.text, document.path));
+}
+
+ConfigReader ConfigReader::of_file(const std::string& path) {
+  const auto parent = std::make_shared<ConfigDocument>();
+  TomlNode name = node_of(path);
+  name.place = path;
+  return of_document(parent->text(name, "file", nullptr), parent);
+}
+
+ConfigReader ConfigReader::element(const std::string& key, const TomlNode& array, std::size_t i) const {
+  return {point_, &array.items[i], fmt::format("{}[{}]", full_key(key), i)};
+}
+
+std::string ConfigReader::full_key(const std::string& key) const { return join_key(path_, key); }
+
+const std::string& ConfigReader::place_of_table() const { return path_.empty() ? point_->doc->label : table_->place; }
+
+ConfigValue ConfigReader::look_up(const std::string& key) const { return point_->look_up(*table_, path_, key); }
+
+/// `node`: null where a key must be there. `is_value`: false if the getter's rule would refuse it.
+struct ConfigReader::Fallback {
+  std::optional<TomlNode> node;
+  bool is_value = false;
+
+  Fallback() = default;
+  Fallback(TomlNode value, bool is_allowed) : node(std::move(value)), is_value(is_allowed) {}
+  template <class T>
+  Fallback(const std::optional<T>& value, bool is_allowed) : is_value(is_allowed) {
+    if (value) node = node_of(*value);
+  }
+};
+
+template <class Describe>
+ConfigValue ConfigReader::ask(const std::string& key, std::string_view meaning, const Fallback& fallback,
+                              const Describe& describe) {
+  ConfigDocument& doc = *point_->doc;
+  const std::string full = full_key(key);
+  if (doc.log) {
+    const ConfigValue value = name_or_self(look_up(key));
+    const bool is_example = value && !value.node->is_tables();
+    doc.log->note(full, meaning, describe(), is_example ? toml_text(*value.node) : "",
+                  fallback.node ? std::optional(fallback.is_value ? toml_text(*fallback.node) : "") : std::nullopt);
+  }
+  point_->asked.insert(full);
+  const ConfigValue value = look_up(key);
+  if (value.is_blocked && !value.node->is_text())
+    refuse(*value.node, value.key, fmt::format("must be a table: write [{}]", value.key));
+  if (value) return value;
+  if (!fallback.node) refuse_missing(key);
+  if (fallback.is_value) {
+    point_->defaults[full] = *fallback.node;
+    doc.use_default(full, *fallback.node, point_->index);
+  }
+  return {};
+}
+
+template <class Describe>
+ConfigValue ConfigReader::ask_name(const std::string& key, std::string_view meaning, const Fallback& fallback,
+                                   const Describe& describe) {
+  const ConfigValue name = name_or_self(ask(key, meaning, fallback, describe));
+  if (name) point_->asked.insert(name.key);
+  return name;
+}
+
+/// Mentions the first key of the table that looks as if it was meant.
+void ConfigReader::refuse_missing(const std::string& key) const {
+  const std::string full = full_key(key);
+  if (KeyLog* log = point_->doc->log.get()) log->missing = full;
+  const auto parts = split_key(key);
+  const TomlNode* at = table_;
+  std::string at_key = path_;
+  std::size_t i = 0;
+  while (const TomlNode* next = at->entry(parts[i])) {  // ends at the part that is missing
+    at_key = join_key(at_key, parts[i++]);
+    if (!next->is_table()) refuse(next->place, full, fmt::format("missing ({} is only a name)", at_key));
+    at = next;
+  }
+  const bool is_last = i + 1 == parts.size();
+  for (const auto& [k, v] : at->entries) {
+    const std::string other = join_key(at_key, k);
+    if (point_->asked.contains(other) || point_->asked_below(other) || is_config_key(other)) continue;
+    if (const UnitFault fault = unit_fault(k, parts[i]); is_last && fault != UnitFault::none) {
+      refuse(v.place, full, fmt::format("missing (found {}: {})", other, describe(fault)));
+    }
+    if (resembles(k, parts[i])) refuse(v.place, full, fmt::format("missing (found {})", other));
+  }
+  refuse(place_of_table(), full, "missing");
+}
 
 bool ConfigReader::has(const std::string& key) const {
-  const std::string full = state_->full_key(key);
-  state_->point->asked.insert(full);
-  const bool found = static_cast<bool>(state_->look_up(key));
-  if (KeyLog* log = state_->point->doc->log.get()) {
+  const std::string full = full_key(key);
+  point_->asked.insert(full);
+  const bool found = static_cast<bool>(look_up(key));
+  if (KeyLog* log = point_->doc->log.get()) {
     log->use(full).may_be_absent = true;
     if (!found && log->said.contains(full)) return true;
     if (!found) log->denied.insert(full);
   }
-  if (!found) state_->point->doc->known_absent.insert(full);
+  if (!found) point_->doc->known_absent.insert(full);
   return found;
+}
+
+bool ConfigReader::is_text(const std::string& key) const {
+  const ConfigValue value = look_up(key);
+  return value && (value.node->is_text() || value.node->kind == TomlNode::Kind::boolean);
 }
 
 // ----------------------------------------------------------------------------------------------------- single values
 
-double ConfigReader::number(const std::string& key, const Range& range, const std::optional<double>& fallback) {
-  const bool is_value = fallback && is_in(range, *fallback);
-  state_->log_fallback(key, fallback, is_value);
-  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
-  const auto found = state_->need_or(key, fallback, is_value);
-  return found ? checked_number(*found.node, found.key, range) : *fallback;
+double ConfigReader::number(const std::string& key, const Range& range, std::string_view meaning,
+                            const std::optional<double>& fallback) {
+  const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && is_in(range, *fallback)), [&] {
+    return KeyQuestion{"number", number_rule(range), sample_of(range)};
+  });
+  return value ? value.number(range) : *fallback;
 }
 
-std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi,
+std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::string_view meaning,
                                    const std::optional<std::int64_t>& fallback) {
-  const bool is_value = fallback && lo <= *fallback && *fallback <= hi;
-  state_->log_fallback(key, fallback, is_value);
-  if (state_->has_log())
-    state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
-  const auto found = state_->need_or(key, fallback, is_value);
-  if (!found) return *fallback;
-  const TomlNode& n = *found.node;
-  if (n.kind != TomlNode::Kind::integer) refuse_kind(n, found.key, "must be an integer");
-  if (n.integer < lo || n.integer > hi) refuse(n, found.key, integer_rule(lo, hi));
-  return n.integer;
+  const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && lo <= *fallback && *fallback <= hi), [&] {
+    return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi)))};
+  });
+  if (!value) return *fallback;
+  if (value.node->kind != TomlNode::Kind::integer) value.fail_type("must be an integer");
+  if (value.node->integer < lo || value.node->integer > hi) value.fail(integer_rule(lo, hi));
+  return value.node->integer;
 }
 
-bool ConfigReader::boolean(const std::string& key, bool fallback) {
-  state_->log_fallback<bool>(key, fallback, true);
-  if (state_->has_log()) state_->log_use(key, "true or false");
-  const auto found = state_->need_or<bool>(key, fallback, true);
-  if (!found) return fallback;
-  if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
-  return found.node->flag;
+bool ConfigReader::boolean(const std::string& key, std::string_view meaning, bool fallback) {
+  const ConfigValue value =
+      ask(key, meaning, Fallback(node_of(fallback), true), [] { return KeyQuestion{"true or false"}; });
+  if (!value) return fallback;
+  if (value.node->kind != TomlNode::Kind::boolean) value.fail_type("must be true or false");
+  return value.node->flag;
 }
 
-std::string ConfigReader::text(const std::string& key, const std::optional<std::string>& fallback) {
-  const bool is_value = fallback && !fallback->empty();
-  state_->log_fallback(key, fallback, is_value);
-  if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->its_name(state_->need_or(key, fallback, is_value));
-  if (!found) return *fallback;
-  if (!found.node->is_text()) refuse_kind(*found.node, found.key, "must be a string");
-  return found.node->text;
-}
-
-bool ConfigReader::is_text(const std::string& key) const {
-  const auto found = state_->look_up(key);
-  return found && (found.node->is_text() || found.node->kind == TomlNode::Kind::boolean);
+std::string ConfigReader::text(const std::string& key, std::string_view meaning,
+                               const std::optional<std::string>& fallback) {
+  const ConfigValue value =
+      ask_name(key, meaning, Fallback(fallback, fallback && !fallback->empty()), [] { return KeyQuestion{"text"}; });
+  if (!value) return *fallback;
+  if (!value.node->is_text()) value.fail_type("must be a string");
+  return value.node->text;
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
-                                 const std::optional<std::string>& fallback) {
-  const bool is_value = fallback && contains(allowed, *fallback);
-  state_->log_fallback(key, fallback, is_value);
-  if (state_->has_log()) state_->log_choices(key, allowed);
-  const auto found = state_->its_name(state_->need_or(key, fallback, is_value));
-  if (!found) return *fallback;
-  const std::string word = choice_word(*found.node);
-  if (!contains(allowed, word)) refuse_kind(*found.node, found.key, choice_rule(allowed));
+                                 std::string_view meaning, const std::optional<std::string>& fallback) {
+  const ConfigValue value = ask_name(key, meaning, Fallback(fallback, fallback && contains(allowed, *fallback)), [&] {
+    return KeyQuestion{"text", "", "", allowed};
+  });
+  if (!value) return *fallback;
+  const std::string word = choice_word(*value.node);
+  if (!contains(allowed, word)) value.fail_type(choice_rule(allowed));
   return word;
 }
 
@@ -159,223 +267,188 @@ std::optional<double> decimal_year_of(const std::string& text) {
 
 }  // namespace
 
-double ConfigReader::decimal_year(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "date", "a date, 2026-07-01, or a decimal year, 2026.5", "2026.5");
-  const auto found = state_->need(key);
-  const TomlNode& n = *found.node;
-  if (n.is_number()) return checked_number(n, found.key, {});
-  const bool may_be = n.is_text() || n.kind == TomlNode::Kind::date;
-  const std::optional<double> year = may_be ? decimal_year_of(n.text) : std::nullopt;
-  if (!year) refuse_kind(n, found.key, "must be a date, 2026-07-01, or a decimal year, 2026.5");
+double ConfigReader::decimal_year(const std::string& key, std::string_view meaning) {
+  constexpr const char* kRule = "must be a date, 2026-07-01, or a decimal year, 2026.5";
+  const ConfigValue value = ask(key, meaning, {}, [&] { return KeyQuestion{"date", kRule, "2026.5"}; });
+  if (value.node->is_number()) return value.number({});
+  const bool may_be = value.node->is_text() || value.node->kind == TomlNode::Kind::date;
+  const std::optional<double> year = may_be ? decimal_year_of(value.node->text) : std::nullopt;
+  if (!year) value.fail_type(kRule);
   return *year;
 }
 
 // ------------------------------------------------------------------------------------------------------------- lists
 
-std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count,
-                                          const std::optional<std::vector<double>>& fallback) {
+std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, std::string_view meaning,
+                                          int count, const std::optional<std::vector<double>>& fallback) {
   const auto fits = [&](std::size_t size) { return count < 0 ? size > 0 : size == static_cast<std::size_t>(count); };
   const bool is_value = fallback && fits(fallback->size()) &&
                         std::all_of(fallback->begin(), fallback->end(), [&](double x) { return is_in(range, x); });
   const std::string size = count_in_words(count);
-  state_->log_fallback(key, fallback, is_value);
-  if (state_->has_log())
-    state_->log_use(key, "list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1)));
-  const auto found = state_->need_or(key, fallback, is_value);
-  if (!found) return *fallback;
-  const TomlNode& n = *found.node;
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of " + size);
-  if (!fits(n.items.size())) refuse(n, found.key, count < 0 ? "must not be empty" : "must have " + size);
-  return checked_numbers(n, found.key, range);
+  const ConfigValue value = ask(key, meaning, Fallback(fallback, is_value), [&] {
+    return KeyQuestion{"list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1))};
+  });
+  if (!value) return *fallback;
+  if (!value.node->is_array()) value.fail_type("must be a list of " + size);
+  if (!fits(value.node->items.size())) value.fail(count < 0 ? "must not be empty" : "must have " + size);
+  return value.numbers(range);
 }
 
-std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range) {
-  if (state_->has_log()) state_->log_use(key, "number or list", number_rule(range), sample_of(range));
-  const auto found = state_->need(key);
-  const TomlNode& n = *found.node;
-  if (n.is_number()) return {checked_number(n, found.key, range)};
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a number or a list of numbers");
-  return numbers(key, range, -1);
+std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, [&] {
+    return KeyQuestion{"number or list", number_rule(range), sample_of(range)};
+  });
+  if (value.node->is_number()) return {value.number(range)};
+  if (!value.node->is_array()) value.fail_type("must be a number or a list of numbers");
+  return numbers(key, range, meaning);
 }
 
-std::vector<double> ConfigReader::grid(const std::string& key, const Range& range) {
-  if (state_->has_log())
-    state_->log_use(key, "number, list or { from, to, step }", number_rule(range), sample_of(range));
-  const auto found = state_->need(key);
-  const TomlNode& n = *found.node;
-  if (n.is_number()) return {checked_number(n, found.key, range)};
-  if (n.is_table()) {
-    state_->point->whole.insert(state_->full_key(key));
-    return expand_steps(n, found.key, range);
+std::vector<double> ConfigReader::grid(const std::string& key, const Range& range, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, [&] {
+    return KeyQuestion{"number, list or { from, to, step }", number_rule(range), sample_of(range)};
+  });
+  if (value.node->is_number()) return {value.number(range)};
+  if (value.node->is_table()) {
+    point_->whole.insert(full_key(key));
+    return value.steps(range).values();
   }
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a number, a list of numbers or { from, to, step }");
-  if (n.items.empty()) refuse(n, found.key, "must not be empty");
-  const auto x = checked_numbers(n, found.key, range);
+  if (!value.node->is_array()) value.fail_type("must be a number, a list of numbers or { from, to, step }");
+  if (value.node->items.empty()) value.fail("must not be empty");
+  const auto x = value.numbers(range);
   for (std::size_t i = 1; i < x.size(); ++i) {
     const bool rises = x[1] > x[0];
-    if (rises ? !(x[i] > x[i - 1]) : !(x[i] < x[i - 1])) {
-      refuse(n.items[i], fmt::format("{}[{}]", found.key, i),
-             x[i] == x[i - 1] ? "is in the list twice" : "the list must rise or fall throughout");
-    }
+    if (rises ? !(x[i] > x[i - 1]) : !(x[i] < x[i - 1]))
+      value.item(i).fail(x[i] == x[i - 1] ? "is in the list twice" : "the list must rise or fall throughout");
   }
   return x;
 }
 
-std::vector<std::string> ConfigReader::texts(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "text or list of texts");
-  const auto found = state_->its_name(state_->need(key));
-  const TomlNode& n = *found.node;
-  if (n.is_text()) return {n.text};
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a string or a list of strings");
-  if (n.items.empty()) refuse(n, found.key, "must not be empty");
+std::vector<std::string> ConfigReader::texts(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask_name(key, meaning, {}, [] { return KeyQuestion{"text or list of texts"}; });
+  if (value.node->is_text()) return {value.node->text};
+  if (!value.node->is_array()) value.fail_type("must be a string or a list of strings");
+  if (value.node->items.empty()) value.fail("must not be empty");
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < n.items.size(); ++i) {
-    if (!n.items[i].is_text()) refuse_kind(n.items[i], fmt::format("{}[{}]", found.key, i), "must be a string");
-    out.push_back(n.items[i].text);
+  for (std::size_t i = 0; i < value.node->items.size(); ++i) {
+    const ConfigValue item = value.item(i);
+    if (!item.node->is_text()) item.fail_type("must be a string");
+    out.push_back(item.node->text);
   }
   return out;
 }
 
 // --------------------------------------------------------------------------------------------------- tables and files
 
-std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std::string& key, const Range& range) {
-  if (state_->has_log()) state_->log_use(key, "table of numbers", number_rule(range));
-  const auto found = state_->need(key);
-  if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of numbers");
-  state_->point->whole.insert(state_->full_key(key));
+std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std::string& key, const Range& range,
+                                                                       std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, [&] { return KeyQuestion{"table of numbers", number_rule(range)}; });
+  if (!value.node->is_table()) value.fail_type("must be a table of numbers");
+  point_->whole.insert(full_key(key));
   std::vector<std::pair<std::string, double>> out;
-  for (const auto& [k, v] : found.node->entries) {
-    out.emplace_back(k, checked_number(v, join_key(found.key, key_text(k)), range));
-  }
+  for (const auto& [k, v] : value.node->entries)
+    out.emplace_back(k, ConfigValue{&v, join_key(value.key, key_text(k))}.number(range));
   return out;
 }
 
-std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
-  if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
-  if (state_->has_log()) state_->log_use(key, "array of tables", "", "[{}]");
-  const auto found = state_->find(key);
-  if (!found) return {};
-  const TomlNode& n = *found.node;
-  if (!n.is_tables() && !(n.is_array() && n.items.empty())) {
-    refuse_kind(n, found.key, fmt::format("must be an array of tables: write [[{}]]", found.key));
-  }
-  const std::string full = state_->full_key(key);
-  state_->point->arrays.insert(full);
+std::vector<ConfigReader> ConfigReader::tables(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, Fallback(TomlNode{}, false), [] {
+    return KeyQuestion{"array of tables", "", "[{}]"};
+  });
+  if (!value) return {};
+  const TomlNode& n = *value.node;
+  if (!n.is_tables() && !(n.is_array() && n.items.empty()))
+    value.fail_type(fmt::format("must be an array of tables: write [[{}]]", value.key));
+  point_->arrays.insert(full_key(key));
   std::vector<ConfigReader> out;
-  for (std::size_t i = 0; i < n.items.size(); ++i) {
-    out.emplace_back(std::make_shared<State>(State{state_->point, &n.items[i], fmt::format("{}[{}]", full, i)}));
-  }
+  for (std::size_t i = 0; i < n.items.size(); ++i) out.push_back(element(key, n, i));
   return out;
 }
 
 std::vector<std::variant<std::string, ConfigReader>> ConfigReader::texts_or_tables(
-    const std::string& key, const std::vector<std::string>& fallback) {
-  std::vector<std::variant<std::string, ConfigReader>> out;
+    const std::string& key, std::string_view meaning, const std::vector<std::string>& fallback) {
   TomlNode list;
   list.kind = TomlNode::Kind::array;
   for (const std::string& text : fallback) list.items.push_back(node_of(text));
-  if (state_->has_log()) state_->log_default(key, list, true);
-  if (state_->has_log()) state_->log_use(key, "list of texts or tables");
-  const auto found = state_->find(key);
-  if (!found) {
-    state_->use_default(key, list, true);
-    out.assign(fallback.begin(), fallback.end());
-    return out;
-  }
-  const TomlNode& n = *found.node;
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of strings or tables");
-  if (n.items.empty()) refuse(n, found.key, "must not be empty");
-  const std::string full = state_->full_key(key);
-  state_->point->arrays.insert(full);
-  for (std::size_t i = 0; i < n.items.size(); ++i) {
-    const std::string element = fmt::format("{}[{}]", full, i);
-    if (n.items[i].is_text())
-      out.emplace_back(n.items[i].text);
-    else if (n.items[i].is_table())
-      out.emplace_back(ConfigReader(std::make_shared<State>(State{state_->point, &n.items[i], element})));
+  const ConfigValue value =
+      ask(key, meaning, Fallback(std::move(list), true), [] { return KeyQuestion{"list of texts or tables"}; });
+  if (!value) return {fallback.begin(), fallback.end()};
+  if (!value.node->is_array()) value.fail_type("must be a list of strings or tables");
+  if (value.node->items.empty()) value.fail("must not be empty");
+  point_->arrays.insert(full_key(key));
+  std::vector<std::variant<std::string, ConfigReader>> out;
+  for (std::size_t i = 0; i < value.node->items.size(); ++i) {
+    const TomlNode& item = value.node->items[i];
+    if (item.is_text())
+      out.emplace_back(item.text);
+    else if (item.is_table())
+      out.emplace_back(element(key, *value.node, i));
     else
-      refuse_kind(n.items[i], element, "must be a string or a table");
+      refuse_kind(item, fmt::format("{}[{}]", full_key(key), i), "must be a string or a table");
   }
   return out;
 }
 
 bool ConfigReader::matches_point(const std::string& key) {
-  if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
-  if (state_->has_log()) state_->log_use(key, "table of keys", "values of keys at the points that are meant");
-  const auto found = state_->find(key);
-  if (!found) return true;
-  if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of keys and their values");
-  const std::string full = state_->full_key(key);
-  state_->point->whole.insert(full);
-  const bool matches = state_->entries_match(found.key, *found.node, "");
-  if (!matches && !state_->path.empty()) state_->point->unmatched[state_->path] = full;
+  const ConfigValue value =
+      ask(key, "the points of a sweep that are meant: those with these values; all points without it",
+          Fallback(TomlNode{}, false), [] {
+            return KeyQuestion{"table of keys", "values of keys at the points that are meant"};
+          });
+  if (!value) return true;
+  if (!value.node->is_table()) value.fail_type("must be a table of keys and their values");
+  const std::string full = full_key(key);
+  point_->whole.insert(full);
+  const bool matches = point_->has_values(value.key, *value.node);
+  if (!matches && !path_.empty()) point_->unmatched[path_] = full;
   return matches;
-}
-
-InputTable ConfigReader::csv(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "CSV file", "relative to the config");
-  const auto found = state_->need(key);
-  return state_->point->doc->input(*found.node, found.key);
-}
-
-InputText ConfigReader::file_text(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "file", "relative to the config");
-  const auto found = state_->need(key);
-  return state_->point->doc->text(*found.node, found.key, nullptr);
-}
-
-InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
-  if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->its_name(state_->need(key));
-  return state_->point->doc->text(*found.node, found.key, &shipped);
-}
-
-InputFile ConfigReader::file(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "CSV file", "relative to the config");
-  const auto found = state_->need(key);
-  return state_->point->doc->file(*found.node, found.key);
-}
-
-InputTable ConfigReader::table(const std::string& key,
-                               const std::function<InputTable(const std::filesystem::path&)>& load,
-                               const std::string& reading) {
-  if (state_->has_log()) state_->log_use(key, "file", "relative to the config");
-  const auto found = state_->need(key);
-  return state_->point->doc->table(*found.node, found.key, load, reading);
 }
 
 namespace {
 
-/// A document of its own: messages name it, and its defaults do not enter the config's resolved text.
-ConfigReader reader_of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent) {
-  auto point = std::make_shared<ConfigPoint>();
-  point->doc = std::make_shared<ConfigDocument>();
-  point->doc->parent = std::move(parent);
-  point->doc->label = document.path;
-  point->root = parse_document(document.text, document.path);
-  const TomlNode* root = &point->root;
-  return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(point), root, ""}));
+/// A file that the config names: "CSV file", "file", "TOML file".
+auto question_of_file(const char* type) {
+  return [type] { return KeyQuestion{type, "relative to the config"}; };
 }
+
+constexpr auto kQuestionOfShipped = [] { return KeyQuestion{"text"}; };
 
 }  // namespace
 
-ConfigReader ConfigReader::toml(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "TOML file", "relative to the config");
-  const auto found = state_->need(key);
-  return reader_of_document(state_->point->doc->text(*found.node, found.key, nullptr), state_->point->doc);
+InputTable ConfigReader::csv(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, question_of_file("CSV file"));
+  return point_->doc->input(*value.node, value.key);
+}
+
+InputText ConfigReader::file_text(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, question_of_file("file"));
+  return point_->doc->text(*value.node, value.key, nullptr);
+}
+
+InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
+  const ConfigValue value = ask_name(key, kMeaningElsewhere, {}, kQuestionOfShipped);
+  return point_->doc->text(*value.node, value.key, &shipped);
+}
+
+InputFile ConfigReader::file(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, question_of_file("CSV file"));
+  return point_->doc->file(*value.node, value.key);
+}
+
+InputTable ConfigReader::table(const std::string& key, std::string_view meaning,
+                               const std::function<InputTable(const std::filesystem::path&)>& load,
+                               const std::string& reading) {
+  const ConfigValue value = ask(key, meaning, {}, question_of_file("file"));
+  return point_->doc->table(*value.node, value.key, load, reading);
+}
+
+ConfigReader ConfigReader::toml(const std::string& key, std::string_view meaning) {
+  const ConfigValue value = ask(key, meaning, {}, question_of_file("TOML file"));
+  return of_document(point_->doc->text(*value.node, value.key, nullptr), point_->doc);
 }
 
 ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
-  if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->its_name(state_->need(key));
-  return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped), state_->point->doc);
-}
-
-ConfigReader ConfigReader::of_file(const std::string& path) {
-  const auto parent = std::make_shared<ConfigDocument>();
-  TomlNode name = node_of(path);
-  name.place = path;
-  return reader_of_document(parent->text(name, "file", nullptr), parent);
+  const ConfigValue value = ask_name(key, kMeaningElsewhere, {}, kQuestionOfShipped);
+  return of_document(point_->doc->text(*value.node, value.key, &shipped), point_->doc);
 }
 
 // ------------------------------------------------------------------------------------------------------------- checks
@@ -385,32 +458,31 @@ void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rul
 std::string ConfigPlace::remark(const std::string& text) const { return fmt::format("{}: {}: {}", place_, key_, text); }
 
 ConfigPlace ConfigReader::place(const std::string& key) const {
-  if (const auto found = State::name_or_self(state_->look_up(key)))
-    return {found.node->place, shown_key(*found.node, found.key)};
-  const std::string full = state_->full_key(key);
-  const auto& defaults = state_->point->defaults;
-  const auto it = defaults.find(full);
-  if (it == defaults.end()) return {state_->place(), full};
-  return {state_->place(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second)))};
+  if (const ConfigValue value = name_or_self(look_up(key)))
+    return {value.node->place, shown_key(*value.node, value.key)};
+  const std::string full = full_key(key);
+  const auto it = point_->defaults.find(full);
+  if (it == point_->defaults.end()) return {place_of_table(), full};
+  return {place_of_table(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second)))};
 }
 
 void ConfigReader::fail(const std::string& key, const std::string& rule) const {
-  if (KeyLog* log = state_->point->doc->log.get()) {
-    log->refused = state_->full_key(key);
+  if (KeyLog* log = point_->doc->log.get()) {
+    log->refused = full_key(key);
     if (rule.starts_with("missing")) log->use(log->refused).is_needed = true;
   }
   place(key).fail(rule);
 }
 
-void ConfigReader::note(const std::string& text) const { state_->point->doc->remark(false, text); }
+void ConfigReader::note(const std::string& text) const { point_->doc->remark(false, text); }
 
 void ConfigReader::warn(const std::string& key, const std::string& text) const {
-  state_->point->doc->remark(true, key.empty() ? text : place(key).remark(text));
+  point_->doc->remark(true, key.empty() ? text : place(key).remark(text));
 }
 
 void ConfigReader::finish() const {
-  std::vector<State::UnknownKey> unknown;
-  state_->find_unknown(*state_->table, state_->path, unknown);
+  std::vector<Point::UnknownKey> unknown;
+  point_->find_unknown(*table_, path_, unknown);
   if (unknown.empty()) return;
   const auto first = std::min_element(unknown.begin(), unknown.end(),
                                       [](const auto& a, const auto& b) { return a.node->line < b.node->line; });

@@ -40,14 +40,19 @@ class FunctionEntry {
   explicit FunctionEntry(ConfigReader& entry) : entry_(entry) {}
 
   em::Function read() {
-    f_.name = entry_.text("name");
+    f_.name = entry_.text("name", "name of the function, once in the file");
     entry_.require(!f_.name.empty(), "name", "must not be empty");
-    const std::string kind = entry_.choice("kind", {"station", "course", "stationary", "continuous"}, "station");
+    const std::string kind =
+        entry_.choice("kind", {"station", "course", "stationary", "continuous"},
+                      "'course': its weight times the length of the interval displaces the end of the interval alone; "
+                      "'stationary': a gyrocompass; 'continuous': a running sum",
+                      "station");
     for (const em::Kind k : {em::Kind::station, em::Kind::course, em::Kind::stationary, em::Kind::continuous})
       if (em::kind_name(k) == kind) f_.kind = k;
     if (f_.kind == em::Kind::continuous) {
-      f_.axis = entry_.choice("axis", {"XY", "Z", "XYZ"});
-      f_.per_section = entry_.boolean("per_section", false);
+      f_.axis = entry_.choice("axis", {"XY", "Z", "XYZ"}, "of a continuous function: the gyro axis that runs");
+      f_.per_section =
+          entry_.boolean("per_section", "of a continuous function: a random walk, summed section by section", false);
     } else {
       for (const char* key : {"axis", "per_section"})
         if (entry_.has(key)) entry_.fail(key, "only a function of kind \"continuous\" has it");
@@ -74,12 +79,12 @@ class FunctionEntry {
  private:
   [[noreturn]] void fail(const std::string& key, const std::string& rule) {
     throw InputError(fmt::format("{}: function {}: {} = {}: {}", entry_.place(key).text(), f_.name, key,
-                                 in_quotes(entry_.text(key)), rule));
+                                 in_quotes(entry_.text(key, kMeaningElsewhere)), rule));
   }
 
   Expression read_formula(const char* key) {
     try {
-      return em::parse_expression(entry_.text(key));
+      return em::parse_expression(entry_.text(key, "a formula"));
     } catch (const em::FormulaError& e) {
       const std::string near = suggestion(e.unknown, e.known);
       fail(key, e.what() + (near.empty() && !e.known.empty() ? fmt::format("; there are {}", fmt::join(e.known, ", "))
@@ -94,7 +99,7 @@ class FunctionEntry {
     if (f_.kind == em::Kind::continuous) {
       entry_.require(!f_.azimuth.empty(), "azimuth", "a continuous function is a sum of azimuths");
       for (const char* key : {"depth", "inclination", "lateral", "vertical_north", "vertical_east"})
-        if (entry_.has(key)) fail(key, "a continuous function has an azimuth and nothing else");
+        if (entry_.has(key)) fail(key, "a continuous function may define only `azimuth`");
       return;
     }
     for (const auto& [key, formula] : f_.formulas())
@@ -123,7 +128,7 @@ class FunctionEntry {
 };
 
 void read_functions_into(ConfigReader& document, const std::string& file, FunctionTable& out) {
-  for (ConfigReader& entry : document.tables("function")) {
+  for (ConfigReader& entry : document.tables("function", "functions of this file")) {
     em::Function f = FunctionEntry(entry).read();
     f.file = file;
     const std::string name = f.name;
@@ -151,8 +156,8 @@ class ModelFile {
 
   std::vector<SharedModel> read() {
     if (document_.has("functions")) {
-      ConfigReader file = document_.toml("functions");
-      read_functions_into(file, document_.text("functions"), in_file_of_functions_);
+      ConfigReader file = document_.toml("functions", "a file of functions, relative to this one");
+      read_functions_into(file, document_.text("functions", kMeaningElsewhere), in_file_of_functions_);
       file.finish();
     }
     read_functions_into(document_, catalogue_, own_);
@@ -161,8 +166,8 @@ class ModelFile {
       warn_of_unused(only);
       return only;
     }
-    for (ConfigReader& entry : document_.tables("model")) {
-      const std::string name = entry.text("name");
+    for (ConfigReader& entry : document_.tables("model", "models of this file")) {
+      const std::string name = entry.text("name", "name of the model, once in the file");
       entry.require(!name.empty(), "name", "must not be empty");
       const bool is_new =
           std::none_of(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.name == name; });
@@ -188,9 +193,11 @@ class ModelFile {
   SharedModel read_single() {
     auto model = std::make_shared<em::Model>();
     model->name = model->catalogue = catalogue_;
-    model->title = document_.text("title", "");
-    model->source = document_.text("source", "");
-    model->first_leg_doubled = document_.choice("first_leg", {"once", "doubled"}) == "doubled";
+    model->title = document_.text("title", "title, for tables", "");
+    model->source = document_.text("source", "where the model is from, for tables", "");
+    model->first_leg_doubled =
+        document_.choice("first_leg", {"once", "doubled"},
+                         "how the first leg counts: 'once', or 'doubled' as ISCWSA does") == "doubled";
     document_.require(document_.has("terms"), "terms", "missing");
     read_terms(document_, *model);
     document_.finish();
@@ -221,7 +228,7 @@ class ModelFile {
 
   /// Of this file, or shipped.
   SharedModel base_of(Entry& e) {
-    const std::string name = e.reader.text("extends");
+    const std::string name = e.reader.text("extends", "the model whose terms and settings are taken over");
     for (Entry& other : entries_)
       if (other.name == name) return resolved(other);
     const ShippedModel* shipped = find_shipped_model(name);
@@ -234,8 +241,8 @@ class ModelFile {
   /// A formula that was written for nothing: the term that should name it may name another. A file of functions is for
   /// many models.
   void warn_of_unused(const std::vector<SharedModel>& models) {
-    for (ConfigReader& entry : document_.tables("function")) {
-      const auto& function = own_.at(entry.text("name"));
+    for (ConfigReader& entry : document_.tables("function", kMeaningElsewhere)) {
+      const auto& function = own_.at(entry.text("name", kMeaningElsewhere));
       const bool is_used = std::any_of(models.begin(), models.end(), [&](const SharedModel& m) {
         return std::any_of(m->terms.begin(), m->terms.end(), [&](const em::Term& t) { return t.function == function; });
       });
@@ -245,39 +252,47 @@ class ModelFile {
 
   static void read_settings(ConfigReader& r, em::Model& m, bool extends) {
     for (const auto& [key, text] : kTexts)
-      if (r.has(key)) m.*text = r.text(key);
-    if (r.has("first_leg") || !extends) m.first_leg_doubled = r.choice("first_leg", {"once", "doubled"}) == "doubled";
+      if (r.has(key)) m.*text = r.text(key, "text for tables; a note is a row of `validity`");
+    if (r.has("first_leg") || !extends)
+      m.first_leg_doubled = r.choice("first_leg", {"once", "doubled"}, kMeaningElsewhere) == "doubled";
     if (r.has("inclination_range_deg")) {
-      const auto range = r.numbers("inclination_range_deg", Range::closed(0, 180), 2);
+      const auto range = r.numbers("inclination_range_deg", Range::closed(0, 180), "where the model holds", 2);
       r.require(range[0] <= range[1], "inclination_range_deg", "must be [from, to] with from <= to");
       m.inclination_min = range[0] * kDegree;
       m.inclination_max = range[1] * kDegree;
     }
     if (r.has("east_west_exclusion_deg"))
-      m.east_west_exclusion = r.number("east_west_exclusion_deg", Range::closed(0, 90)) * kDegree;
+      m.east_west_exclusion =
+          r.number("east_west_exclusion_deg", Range::closed(0, 90),
+                   "the model does not hold within this angle of horizontal magnetic east and west") *
+          kDegree;
     if (r.has("parameters.MinCourseLength_m"))
-      m.parameters.min_course_length = r.number("parameters.MinCourseLength_m", Range::non_negative());
+      m.parameters.min_course_length =
+          r.number("parameters.MinCourseLength_m", Range::non_negative(), "least course length in formulas");
     if (r.has("parameters.XCLTortuosity_deg_per_100ft"))
-      m.parameters.tortuosity =
-          r.number("parameters.XCLTortuosity_deg_per_100ft", Range::non_negative()) * kDegree / (100 * kFoot);
+      m.parameters.tortuosity = r.number("parameters.XCLTortuosity_deg_per_100ft", Range::non_negative(),
+                                         "tortuosity in formulas of cross-course length") *
+                                kDegree / (100 * kFoot);
     if (r.has("parameters.NoiseReductionFactor"))
-      m.parameters.noise_reduction = r.number("parameters.NoiseReductionFactor", Range::non_negative());
+      m.parameters.noise_reduction =
+          r.number("parameters.NoiseReductionFactor", Range::non_negative(), "factor in formulas of gyros");
     if (r.has("gyro")) m.gyro = read_gyro(r);
   }
 
   static em::Gyro read_gyro(ConfigReader& r) {
     em::Gyro gyro;
     if (r.is_text("gyro.initialise_at_deg"))
-      r.choice("gyro.initialise_at_deg", {"leg start"});
+      r.choice("gyro.initialise_at_deg", {"leg start"},
+               "inclination at which stationary terms keep their values, or 'leg start'");
     else
-      gyro.initialise_at = r.number("gyro.initialise_at_deg", Range{0, 180, true, false}) * kDegree;
-    for (ConfigReader& zone : r.tables("gyro.zones")) {
+      gyro.initialise_at = r.number("gyro.initialise_at_deg", Range{0, 180, true, false}, kMeaningElsewhere) * kDegree;
+    for (ConfigReader& zone : r.tables("gyro.zones", "zones of a gyro")) {
       em::GyroZone z;
-      z.axis = zone.choice("axis", {"XY", "Z", "XYZ"});
-      z.from = zone.number("from_deg", Range::closed(0, 180)) * kDegree;
-      z.to = zone.number("to_deg", Range::closed(0, 180)) * kDegree;
+      z.axis = zone.choice("axis", {"XY", "Z", "XYZ"}, "axes that the gyro has in the zone");
+      z.from = zone.number("from_deg", Range::closed(0, 180), "the zone begins at this inclination") * kDegree;
+      z.to = zone.number("to_deg", Range::closed(0, 180), "the zone ends below this inclination") * kDegree;
       zone.require(z.from < z.to, "to_deg", "must be larger than from_deg");
-      z.speed = zone.number("speed_m_per_h", Range::positive()) / 3600;
+      z.speed = zone.number("speed_m_per_h", Range::positive(), "running speed in the zone") / 3600;
       for (const em::GyroZone& other : gyro.zones)
         zone.require(z.speed == other.speed || z.from >= other.to || z.to <= other.from, "speed_m_per_h",
                      "zones that overlap must have one speed");
@@ -288,7 +303,7 @@ class ModelFile {
 
   static void remove_terms(ConfigReader& r, em::Model& m, bool extends) {
     r.require(extends, "remove", "there is nothing to remove from: only with extends");
-    for (const std::string& code : r.texts("remove")) {
+    for (const std::string& code : r.texts("remove", "codes of terms of the extended model that are left out")) {
       const auto at = std::find_if(m.terms.begin(), m.terms.end(), [&](const em::Term& t) { return t.code == code; });
       r.require(at != m.terms.end(), "remove",
                 fmt::format("the model that is extended has no term {}", in_quotes(code)));
@@ -299,7 +314,8 @@ class ModelFile {
   /// Terms of the same code are replaced, others are added.
   void read_terms(ConfigReader& r, em::Model& m) {
     std::set<std::string> codes;
-    for (ConfigReader& entry : r.tables("terms")) {
+    for (ConfigReader& entry :
+         r.tables("terms", "terms of the model; with `extends` they replace those of the same code, or are added")) {
       em::Term term = read_term(entry);
       entry.require(codes.insert(term.code).second, "code", "two terms have this code");
       const auto same =
@@ -313,17 +329,19 @@ class ModelFile {
 
   em::Term read_term(ConfigReader& entry) {
     em::Term term;
-    term.code = entry.text("code");
+    term.code = entry.text("code", "code of the term, once in the model");
     entry.require(!term.code.empty(), "code", "must not be empty");
     term.function = function_named(entry);
-    term.magnitude = entry.number("magnitude", Range::non_negative());
-    term.unit = entry.text("unit");
+    term.magnitude = entry.number("magnitude", Range::non_negative(), "one standard deviation, in `unit`");
+    term.unit = entry.text("unit", "unit of the magnitude");
     const double factor = em::unit_factor(term.function->magnitude, term.unit);
     if (factor == 0)
       entry.fail("unit", fmt::format("the unit of {} must be {}", term.function->name,
                                      em::unit_names(term.function->magnitude)));
     term.sigma = factor * term.magnitude;
-    const std::string mode = entry.choice("mode", {"R", "S", "W", "G"});
+    const std::string mode =
+        entry.choice("mode", {"R", "S", "W", "G"},
+                     "how errors repeat: 'R' at each station anew, 'S' in a run, 'W' in a well, 'G' in all wells");
     using enum em::PropagationMode;
     for (const em::PropagationMode m : {random, systematic, well, global})
       if (em::mode_letter(m) == mode[0]) term.mode = m;
@@ -354,7 +372,7 @@ class ModelFile {
   }
 
   std::shared_ptr<const em::Function> function_named(ConfigReader& entry) {
-    const std::string name = entry.text("function");
+    const std::string name = entry.text("function", "name of the weighting function");
     const std::vector<const FunctionTable*> tables{&own_, &in_file_of_functions_, &shipped_functions()};
     if (const auto f = find_function(name, tables)) return f;
     std::vector<std::string> names;

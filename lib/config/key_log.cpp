@@ -1,5 +1,6 @@
 #include "config/key_log.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "config/config_document.h"
@@ -18,6 +19,35 @@ std::string KeyLog::without_indices(const std::string& full_key) {
     if (c == '[') inside = true;
   }
   return out;
+}
+
+namespace {
+
+void add(std::vector<std::string>& list, std::string_view word) {
+  if (std::find(list.begin(), list.end(), word) == list.end()) list.emplace_back(word);
+}
+
+}  // namespace
+
+void KeyLog::note(const std::string& full_key, std::string_view meaning, const KeyQuestion& question,
+                  const std::string& example, const std::optional<std::string>& fallback) {
+  asked.insert(full_key);
+  KeyUse& key = use(full_key);
+  if (fallback) {
+    with_default = full_key;
+    add(key.defaults, *fallback);
+  } else if (with_default != full_key) {
+    with_default = "";
+    key.is_needed = true;
+  }
+  add(key.types, question.type);
+  constexpr std::string_view kMustBe = "must be ";
+  const std::string_view rule = question.rule;
+  if (!rule.empty()) add(key.rules, rule.starts_with(kMustBe) ? rule.substr(kMustBe.size()) : rule);
+  for (const std::string& word : question.choices) add(key.choices, word);
+  if (!meaning.empty()) add(key.meanings, meaning);
+  if (key.sample.empty()) key.sample = question.sample;
+  if (key.example.empty() && !supposed.contains(full_key)) key.example = example;
 }
 
 namespace {
@@ -72,41 +102,64 @@ std::optional<std::string> shipped_text(const std::filesystem::path& path) {
 }
 
 std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, KeyUse>& asked) {
-  const auto key = [](std::vector<std::string> types, const std::string& rule, const std::string& example, bool must) {
-    return KeyUse{std::move(types), {rule}, {}, {}, !must, example, ""};
+  const auto key = [](std::vector<std::string> types, const char* rule, const char* example, const char* meaning,
+                      bool is_needed = false) {
+    return KeyUse{.types = std::move(types),
+                  .rules = {rule},
+                  .defaults = {},
+                  .choices = {},
+                  .meanings = {meaning},
+                  .may_be_absent = !is_needed,
+                  .example = example,
+                  .sample = "",
+                  .is_needed = is_needed};
   };
+  constexpr const char* kWhere = "columns and the word that a row has in them";
+  constexpr const char* kWhichRow = "which row of a point, where the table has several";
   std::map<std::string, KeyUse> out{
-      {"experiment", key({"text"}, "surveymc list has them", "", true)},
-      {"seed", key({"integer"}, "in [0, 9223372036854775807]; needed where anything is drawn", "1", false)},
-      {"title", key({"text"}, "any", "\"A well\"", false)},
+      {"experiment", key({"text"}, "surveymc list has them", "", "name of the study", true)},
+      {"seed", key({"integer"}, "in [0, 9223372036854775807]; needed where anything is drawn", "1",
+                   "addresses every draw: equal seeds give equal draws")},
+      {"title", key({"text"}, "any", "\"A well\"", "title of the result")},
       {"sweep.KEY",
        key({"list", "{ from, to, step }", "{ from, to, count, scale }"},
            "values of one kind: a point of the sweep each; { from, to, scale } is drawn from by a random design",
-           "[1.0, 0.1]", false)},
+           "[1.0, 0.1]", "values of a key: a point for each combination, or what `sweep.design` says")},
       {"sweep.design",
        key({"text or table"},
            "product, zip, or { kind = latin_hypercube or sobol, points, seed } or { kind = table, file }", "\"zip\"",
-           false)},
-      {"refine.quantity", key({"text"}, "TABLE.COLUMN that surveymc refine looks at", "\"summary.ratio_best\"", false)},
-      {"refine.level", key({"number"}, "the boundary; or refine.verdict", "1.0", false)},
-      {"refine.verdict", key({"text"}, "the boundary is where rows begin to have it", "\"agrees\"", false)},
-      {"refine.cell", key({"number"}, "in (0, 1): finest cell, as a share of an axis", "0.01", false)},
-      {"refine.axes", key({"list of texts"}, "numeric keys of the sweep that are divided", "", false)},
-      {"refine.where", key({"table of keys"}, "columns and the word that a row has in them", "", false)},
-      {"refine.grid",
-       key({"table of keys"}, "values of the axes in the first round; surveymc refine writes it", "", false)},
+           "which combinations of values are points; 'product' without it")},
+      {"refine.quantity", key({"text"}, "TABLE.COLUMN that surveymc refine looks at", "\"summary.ratio_best\"",
+                              "the quantity whose boundary is followed")},
+      {"refine.level", key({"number"}, "the boundary; or refine.verdict", "1.0",
+                           "the boundary is where the column crosses this number")},
+      {"refine.verdict",
+       key({"text"}, "the boundary is where rows begin to have it", "\"agrees\"",
+           "in place of a level: the boundary is where the column's word changes from or to this one")},
+      {"refine.cell", key({"number"}, "in (0, 1): finest cell, as a share of an axis", "0.01",
+                          "size of the cells at the end; 0.01 without it")},
+      {"refine.axes", key({"list of texts"}, "numeric keys of the sweep that are divided", "",
+                          "axes along which cells are divided, the others make slices; all numeric keys without it")},
+      {"refine.where", key({"table of keys"}, kWhere, "", kWhichRow)},
+      {"refine.grid", key({"table of keys"}, "values of the axes in the first round; surveymc refine writes it", "",
+                          "axes of the first round")},
       {"sensitivity.quantity",
        key({"text", "list of texts"}, "TABLE.COLUMN: how much of it each key of the sweep explains",
-           "\"covariance.semi_major_m\"", false)},
-      {"sensitivity.where", key({"table of keys"}, "columns and the word that a row has in them", "", false)},
-      {"sensitivity.scale", key({"text"}, "linear, log", "\"linear\"", false)},
-      {"sensitivity.confidence", key({"number"}, "in (0, 1): of all intervals of a quantity together", "0.95", false)},
-      {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"", false)},
-      {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", false)}};
+           "\"covariance.semi_major_m\"", "quantities of the table `sensitivity`")},
+      {"sensitivity.where", key({"table of keys"}, kWhere, "", kWhichRow)},
+      {"sensitivity.scale", key({"text"}, "linear, log", "\"linear\"",
+                                "'log': shares of the variance of the quantity's logarithm; 'linear' without it")},
+      {"sensitivity.confidence", key({"number"}, "in (0, 1): of all intervals of a quantity together", "0.95",
+                                     "confidence of the intervals; 0.95 without it")},
+      {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"",
+                                "name of a case, which is a point, or one for each combination with `[sweep]`")},
+      {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", "value of a key in the case")}};
   if (asked.contains("error_model.name"))
     for (const char* pattern : {"match", "without"})
-      out[std::string("sweep.error_model.name.") + pattern] = key(
-          {"text or list of texts"}, "patterns of shipped error models; * stands for any text", "[\"MWD+*\"]", false);
+      out[std::string("sweep.error_model.name.") + pattern] =
+          key({"text or list of texts"}, "patterns of shipped error models; * stands for any text", "[\"MWD+*\"]",
+              pattern == std::string("match") ? "shipped error models that are swept"
+                                              : "shipped error models that are left out of the sweep");
   return out;
 }
 

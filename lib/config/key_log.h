@@ -4,8 +4,10 @@
 /// keys of branches that no example takes.
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/config.h"
@@ -18,10 +20,18 @@ struct KeyUse {
   std::vector<std::string> rules;     ///< "in [0, 90]"
   std::vector<std::string> defaults;  ///< as TOML; "" stands for a key that may be absent
   std::vector<std::string> choices;   ///< words that are allowed
+  std::vector<std::string> meanings;  ///< what the key is, in words; several where it depends on other keys
   bool may_be_absent = false;         ///< has() was asked
   std::string example;                ///< the first value that was seen, as TOML
   std::string sample;                 ///< a value that its own getter takes, as TOML; "" where none is known
   bool is_needed = false;             ///< a getter without a default has asked
+};
+
+/// What a getter asks for.
+struct KeyQuestion {
+  std::string type, rule = {};            ///< rule: "must be in [0, 90]"; "" if every value of the type is right
+  std::string sample = {};                ///< a value that the getter takes, as TOML
+  std::vector<std::string> choices = {};  ///< words that are allowed
 };
 
 struct KeyLog {
@@ -38,6 +48,10 @@ struct KeyLog {
   std::string with_default;             ///< the last key that a getter with a default asks for
   std::string missing, refused;         ///< the key that ended the reading: it is not there, or the study refuses it
 
+  /// A getter asks for a key. `example`: its value as TOML, "" if it has none. `fallback`: as TOML; "" if the rule
+  /// would refuse it, nothing if the getter has none.
+  void note(const std::string& full_key, std::string_view meaning, const KeyQuestion& question,
+            const std::string& example, const std::optional<std::string>& fallback);
   KeyUse& use(const std::string& full_key) { return keys[without_indices(full_key)]; }
   static std::string without_indices(const std::string& full_key);
 };

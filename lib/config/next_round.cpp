@@ -76,7 +76,7 @@ RefineRule refine_rule(const TomlNode& refine) {
 RefineRule refine_rule_of(const std::string& config, const std::string& label) {
   const TomlNode root = parse_document(config, label);
   const TomlNode* refine = root.entry("refine");
-  if (!refine) refuse(label, "refine", "missing: the config says in [refine] what boundary to follow");
+  if (!refine) refuse(label, "refine", "missing table [refine], which names the boundary to follow");
   return refine_rule(*refine);
 }
 

@@ -249,8 +249,8 @@ void reject_findings(const SensorQuality& quality, const std::string& path) {
   add(quality.gaps, "gaps in time");
   if (quality.mixed_offsets) found += "; some times have an offset from UTC and some have none";
   const bool unsorted = quality.defects[static_cast<int>(RowDefect::unsorted_time)].rows > 0;
-  require(found.empty(), "{}: {}: say source.bad_rows = \"skip\" to go on without these rows and over these gaps{}",
-          path, found, unsorted ? ", or sort the file by time first: it is read as a stream, in its own order" : "");
+  require(found.empty(), "{}: {}: set source.bad_rows = \"skip\" to ignore them{}", path, found,
+          unsorted ? ", or sort the file by time first: it is read as a stream, in its own order" : "");
 }
 
 std::string sensor_unit_of_name(const std::string& name) {

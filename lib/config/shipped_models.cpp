@@ -107,7 +107,7 @@ const FunctionTable& shipped_functions() {
       if (file.path == "functions") {
         Config config = Config::from_text("experiment = \"functions\"\nfile = \"functions.toml\"\n", "functions", {},
                                           {{"functions.toml", file.text}});
-        return read_functions(config.reader(0).toml("file"));
+        return read_functions(config.reader(0).toml("file", kMeaningElsewhere));
       }
     return FunctionTable();
   }();

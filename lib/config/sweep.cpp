@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "config/checked_numbers.h"
+#include "config/config_value.h"
 #include "config/shipped_models.h"
 #include "config/suggest.h"
 #include "config/text.h"

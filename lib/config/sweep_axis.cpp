@@ -57,7 +57,7 @@ void SweepAxis::read_range(const TomlNode& range, const std::string& shown) {
   };
   if (!count && !scale && range.entry("step")) {
     form_ = Form::steps;
-    steps_ = steps_of(range, shown, Range{}, kMostPoints);
+    steps_ = ConfigValue{&range, shown}.steps(Range{}, kMostPoints);
     are_integers_ = is_integer("from") && is_integer("step");
     return;
   }
@@ -69,21 +69,18 @@ void SweepAxis::read_range(const TomlNode& range, const std::string& shown) {
     refuse(v.place, join_key(shown, key_text(k)),
            unknown_key_rule(shown, k, {key("from"), key("to"), key("step"), key("count"), key("scale")}));
   }
-  for (const char* k : {"from", "to"})
-    if (!range.entry(k)) refuse(range.place, key(k), "missing");
+  const ConfigValue whole{&range, shown}, from = whole.entry("from"), to = whole.entry("to");
   if (scale) {
     if (!scale->is_text()) refuse_kind(*scale, key("scale"), "must be a string");
     if (scale->text != "linear" && scale->text != "log") refuse(*scale, key("scale"), "must be linear or log");
     is_log_ = scale->text == "log";
   }
-  steps_.from = checked_number(*range.entry("from"), key("from"), Range{});
-  steps_.to = checked_number(*range.entry("to"), key("to"), Range{});
-  if (steps_.from > steps_.to)
-    refuse(*range.entry("from"), key("from"), fmt::format("must not be above to = {}", format_number(steps_.to)));
-  if (is_log_ && steps_.from <= 0)
-    refuse(*range.entry("from"), key("from"), "must be > 0: the logarithm goes through no number at or below 0");
+  steps_.from = from.number(Range{});
+  steps_.to = to.number(Range{});
+  if (steps_.from > steps_.to) from.fail(fmt::format("must not be above to = {}", format_number(steps_.to)));
+  if (is_log_ && steps_.from <= 0) from.fail("must be > 0 on a logarithmic axis");
   if (!count) {
-    if (steps_.from == steps_.to) refuse(*range.entry("to"), key("to"), "must be above from");
+    if (steps_.from == steps_.to) to.fail("must be above from");
     return;
   }
   if (count->kind != TomlNode::Kind::integer) refuse_kind(*count, key("count"), "must be an integer");

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "config/checked_numbers.h"
+#include "config/config_value.h"
 #include "config/toml_tree.h"
 
 namespace surveymc::config {

@@ -1,4 +1,5 @@
 #include "events/event_sampling.h"
+#include "config/meanings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,23 +20,30 @@ EventSampling read_event_sampling(config::ConfigReader& c, const std::vector<std
   EventSampling s;
   std::vector<std::string> all{"auto", "plain", "importance", "subset"};
   all.insert(all.end(), methods.begin(), methods.end());
-  s.method = c.choice("sampling.method", all, s.method);
-  s.preparing.pilot = static_cast<int>(c.integer("sampling.pilot", 200, 1'000'000, s.preparing.pilot));
+  s.method =
+      c.choice("sampling.method", all,
+               "how trials are drawn; 'auto': plain trials if the event is nearer than 2 sd, else importance sampling",
+               s.method);
+  s.preparing.pilot = static_cast<int>(
+      c.integer("sampling.pilot", 200, 1'000'000, "evaluations of one round of the preparing", s.preparing.pilot));
   const auto share = [&](const char* key, double& x) {
-    x = c.number(std::string("sampling.shares.") + key, config::Range::open(0, 1), x);
+    x = c.number(std::string("sampling.shares.") + key, config::Range::open(0, 1),
+                 "share of the draws from proposals of this kind; the three add up to 1", x);
   };
   share("adapted", s.preparing.adapted);
   share("shifted", s.preparing.shifted);
   share("wide", s.preparing.wide);
   const double sum = s.preparing.adapted + s.preparing.shifted + s.preparing.wide;
   c.require(std::abs(sum - 1) < 1e-9, "sampling.shares", fmt::format("must add up to 1, not to {:.10g}", sum));
-  s.subset_samples = static_cast<int>(c.integer("sampling.subset.samples", 100, 1'000'000, s.subset_samples));
+  s.subset_samples = static_cast<int>(c.integer("sampling.subset.samples", 100, 1'000'000,
+                                                "samples a level of subset simulation, the check", s.subset_samples));
   c.require(s.subset_samples % 10 == 0, "sampling.subset.samples", "must be a multiple of 10");
-  s.subset_replicates = static_cast<int>(c.integer("sampling.subset.replicates", 0, 100'000, s.subset_replicates));
+  s.subset_replicates = static_cast<int>(c.integer(
+      "sampling.subset.replicates", 0, 100'000, "replicates of subset simulation; 0: no check", s.subset_replicates));
   c.require(s.subset_replicates != 1, "sampling.subset.replicates",
             "must be 0 (no check) or at least 2: one replicate has no honest interval");
-  s.preparing.max_components =
-      static_cast<int>(c.integer("sampling.max_components", 1, 64, s.preparing.max_components));
+  s.preparing.max_components = static_cast<int>(
+      c.integer("sampling.max_components", 1, 64, "most design points that are kept", s.preparing.max_components));
   for (const char* key : {"antithetic", "control_variate"})
     if (c.has(key)) c.fail(key, "not with a proposal: weighted trials have neither; leave it out");
   return s;
@@ -45,15 +53,19 @@ EventRun read_event_run(config::ConfigReader& c, const std::vector<std::string>&
   const compare::VerdictRule usual;
   EventRun run;
   run.sampling = read_event_sampling(c, methods);
-  run.verdict = {c.number("verdict.margin", config::Range::open(0, 1), 0.1),
-                 c.number("verdict.confidence", compare::kConfidences, usual.confidence), usual.nees_margin};
+  run.verdict = {
+      c.number("verdict.margin", config::Range::open(0, 1), "margin of the ratio of prediction to Monte Carlo", 0.1),
+      c.number("verdict.confidence", compare::kConfidences, config::meaning::kConfidence, usual.confidence),
+      usual.nees_margin};
   const compare::Row probability{
       .table = "probability", .quantity = "probability", .predicted = false, .controlled = true};
   run.plan = compare::read_trial_plan(c, {probability}, run.verdict);
   const bool is_subset = run.sampling.method == "subset";
   c.require(!is_subset || run.plan.looks.empty(), "stop",
             "not with sampling.method = \"subset\": give `trials`, the number of replicates");
-  if (!is_subset) run.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  if (!is_subset)
+    run.save_samples =
+        static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, "trials whose hits are kept", 0));
   return run;
 }
 

@@ -291,10 +291,11 @@ std::vector<EventRule> read_events(config::ConfigReader& c, const std::vector<Ev
   for (const EventQuantity& q : quantities) names.push_back(q.name);
   std::vector<EventRule> events;
   std::vector<std::string> used;
-  for (config::ConfigReader& entry : c.tables("event")) {
+  for (config::ConfigReader& entry :
+       c.tables("event", "events, whose probability is asked for in place of the study's other tables")) {
     EventRule e;
-    e.name = entry.text("name");
-    const std::string quantity = entry.choice("quantity", names);
+    e.name = entry.text("name", "name of the event, one of its own");
+    const std::string quantity = entry.choice("quantity", names, "quantity of a trial that decides");
     e.quantity = static_cast<std::size_t>(std::find(names.begin(), names.end(), quantity) - names.begin());
     e.place = entry.place("quantity");
     const bool has_below = entry.has("below"), has_above = entry.has("above");
@@ -302,7 +303,9 @@ std::vector<EventRule> read_events(config::ConfigReader& c, const std::vector<Ev
       entry.require(!(has_below && has_above), "above", "not together with below: must be one of the two");
       entry.require(has_below || has_above, "quantity", "without a limit: must have `below` or `above`, a number");
       e.is_above = has_above;
-      e.limit = entry.number(has_above ? "above" : "below", {});
+      e.limit =
+          entry.number(has_above ? "above" : "below", {},
+                       "the event is a quantity on this side of the limit; it must not hold where nothing is drawn");
       e.place = entry.place(has_above ? "above" : "below");
     } else {
       entry.require(!has_below && !has_above, has_below ? "below" : "above",

@@ -12,8 +12,14 @@ chained::ChainSize read_size(config::ConfigReader& c, const std::string& name, c
   const double si = unit == "mg" ? kMilliG : 1;
   const std::string key = "model." + name + ".";
   const config::Range range = config::Range::positive();
-  return {si * c.number(key + "random_" + unit, range, random), si * c.number(key + "walk_" + unit, range, walk),
-          si * c.number(key + "offset_" + unit, config::Range::non_negative(), 0)};
+  return {
+      si * c.number(key + "random_" + unit, range,
+                    "one sd of the random error of a reading (of the reference), anew at every station", random),
+      si * c.number(key + "walk_" + unit, range, "one sd of the step from station to station", walk),
+      si * c.number(key + "offset_" + unit, config::Range::non_negative(),
+                    "one sd of the bias at the start, 0: the expected offset of slide 7; of `gravity` and `field` one "
+                    "sd of a reference that is observed anew at every station, 0: there is none",
+                    0)};
 }
 
 }  // namespace
@@ -28,7 +34,7 @@ chained::ChainSizes read_chain_sizes(config::ConfigReader& c, const survey::Refe
   s.gravity = read_size(c, "gravity", "mg", 0.1, 0.02);
   s.field = read_size(c, "field", "nT", 80, 20);
   for (const char* key : {"model.gravity.offset_mg", "model.field.offset_nT"})  // 0: the default, which results list
-    c.require(references_anew || c.number(key, config::Range::non_negative(), 0) == 0, key,
+    c.require(references_anew || c.number(key, config::Range::non_negative(), config::kMeaningElsewhere, 0) == 0, key,
               "the sd of a reference that is observed anew at every station; here references are chained, and that of "
               "the first station is by random_ and walk_");
   s.gravity_reference = field.gravity;

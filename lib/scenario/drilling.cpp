@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "config/meanings.h"
 #include "scenario/scenario.h"
 #include "sensor/sensor_runs.h"
 
@@ -11,16 +12,21 @@ namespace surveymc::scenario {
 survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<double>& md, double toolface_zero,
                                    const random::Stream& stream, const std::vector<std::string>& modes) {
   const auto stations = static_cast<int>(md.size());
-  const std::string mode = c.choice("drilling.mode", modes);
+  const std::string mode = c.choice("drilling.mode", modes, "how the tool is turned");
   const double toolface =
       c.has("drilling.toolface_deg")
-          ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360)) * kDegree + toolface_zero
+          ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360), config::meaning::kSlidingToolface) *
+                    kDegree +
+                toolface_zero
           : kNaN;
-  const auto sequence = static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000, 0));
+  const auto sequence =
+      static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000, config::meaning::kSequence, 0));
   const bool mixed = mode == "mixed";
   double from = 0, to = 0;
-  if (mixed || c.has("drilling.slide_from_m")) from = c.number("drilling.slide_from_m", {});
-  if (mixed || c.has("drilling.slide_to_m")) to = c.number("drilling.slide_to_m", {});
+  if (mixed || c.has("drilling.slide_from_m"))
+    from = c.number("drilling.slide_from_m", {}, "measured depth where sliding begins");
+  if (mixed || c.has("drilling.slide_to_m"))
+    to = c.number("drilling.slide_to_m", {}, "measured depth where sliding ends");
   if (mode == "sliding")
     return std::isnan(toolface) ? survey::slid(stations) : survey::constant_toolface(stations, toolface);
   if (mode == "fixed_sequence" || mode == "random") {
@@ -39,13 +45,21 @@ survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<do
 survey::Survey read_drilled_survey(config::ConfigReader& c, const survey::ReferenceField& field,
                                    random::StudySeed seed) {
   const std::string mode =
-      c.has("drilling.mode") ? c.choice("drilling.mode", {"survey", "rotating", "sliding", "random"}) : "survey";
+      c.has("drilling.mode")
+          ? c.choice("drilling.mode", {"survey", "rotating", "sliding", "random"},
+                     "toolfaces: 'survey': the file's; 'rotating': turned by 137.50776 deg from station to station; "
+                     "'sliding': all `drilling.toolface_deg`; 'random': drawn once by the seed")
+          : "survey";
   // Values that the mode does not use may stand there, so that it can be swept.
-  const double toolface = c.has("drilling.toolface_deg")
-                              ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360)) * kDegree
-                              : 0;
+  const double toolface =
+      c.has("drilling.toolface_deg")
+          ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360), config::meaning::kSlidingToolface) *
+                kDegree
+          : 0;
   const auto sequence =
-      c.has("drilling.sequence") ? static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000)) : 0;
+      c.has("drilling.sequence")
+          ? static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000, config::meaning::kSequence))
+          : 0;
   survey::Survey survey = read_survey(c, field, mode == "survey");
   if (mode == "survey") return survey;
   const int n = survey.size();
@@ -55,7 +69,8 @@ survey::Survey read_drilled_survey(config::ConfigReader& c, const survey::Refere
       c.fail("drilling.mode", "toolfaces are drawn by the config's seed: give it, in the file's first lines");
     toolfaces = sensor::toolfaces_of_trial(survey::rotated(n), random::stream_of(seed), sequence);
   } else {
-    const double zero = c.choice("survey.toolface_zero", {"x", "y"}, "y") == "x" ? kPi / 2 : 0.0;
+    const double zero =
+        c.choice("survey.toolface_zero", {"x", "y"}, config::meaning::kToolfaceZero, "y") == "x" ? kPi / 2 : 0.0;
     const double golden = kPi * (3 - std::sqrt(5.0));
     for (int k = 0; k < n; ++k)
       toolfaces[static_cast<std::size_t>(k)] = mode == "sliding" ? toolface + zero : std::fmod(k * golden, 2 * kPi);
@@ -65,9 +80,11 @@ survey::Survey read_drilled_survey(config::ConfigReader& c, const survey::Refere
 }
 
 survey::SensorTermArray read_sensor_errors(config::ConfigReader& c) {
-  const double multiplier = c.number("sensor_errors.multiplier", config::Range::positive(), 1);
+  const double multiplier =
+      c.number("sensor_errors.multiplier", config::Range::positive(), "multiplies all sensor errors", 1);
   const auto size = [&](const char* key, double most) {
-    return multiplier * c.number(std::string("sensor_errors.") + key, config::Range::closed(0, most), 0);
+    return multiplier * c.number(std::string("sensor_errors.") + key, config::Range::closed(0, most),
+                                 "one sd of this error of each sensor of this kind", 0);
   };
   const double accelerometer_bias = size("accelerometer_bias_mps2", 1),
                accelerometer_scale = size("accelerometer_scale", 0.1),

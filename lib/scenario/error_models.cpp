@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "config/meanings.h"
 #include "error_model/model_graph.h"
 #include "survey/survey.h"
 
@@ -16,8 +17,9 @@ namespace {
 
 /// The model of a file that `error_model.name` names, or its only one.
 NamedErrorModel read_model_of_file(config::ConfigReader& c) {
-  const std::string file = c.text("error_model.file");
-  const std::vector<config::SharedModel> models = config::read_error_models(c.toml("error_model.file"), file);
+  const std::string file = c.text("error_model.file", config::kMeaningElsewhere);
+  const std::vector<config::SharedModel> models = config::read_error_models(
+      c.toml("error_model.file", "file of an error model of your own, beside or in place of `error_model.name`"), file);
   if (!c.has("error_model.name")) {
     std::string names;
     for (const config::SharedModel& m : models) names += (names.empty() ? "\"" : ", \"") + m->name + "\"";
@@ -27,7 +29,8 @@ NamedErrorModel read_model_of_file(config::ConfigReader& c) {
   }
   std::vector<std::string> names;
   for (const config::SharedModel& m : models) names.push_back(m->name);
-  const std::string name = c.text("error_model.name");  // not choice(): `surveymc keys` would list names of an example
+  const std::string name = c.text(
+      "error_model.name", config::kMeaningElsewhere);  // not choice(): `surveymc keys` would list names of an example
   const auto found = std::find(names.begin(), names.end(), name);
   c.require(found != names.end(), "error_model.name",
             fmt::format("must be {}\"{}\"", names.size() > 1 ? "one of " : "", fmt::join(names, "\", \"")));
@@ -39,7 +42,8 @@ NamedErrorModel read_model_of_file(config::ConfigReader& c) {
 
 NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
   if (c.has("error_model.file")) return read_model_of_file(c);
-  const std::string name = c.text("error_model.name");
+  const std::string name = c.text(
+      "error_model.name", "shipped error model (`surveymc models`), or the one of several in `error_model.file`");
   const config::ShippedModel* shipped = config::find_shipped_model(name);
   if (shipped == nullptr) c.fail("error_model.name", "unknown error model: " + config::shipped_model_suggestion(name));
   return {name, config::read_shipped_model(c, "error_model.name", *shipped)};
@@ -47,12 +51,14 @@ NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
 
 namespace {
 
+constexpr std::string_view kFromDepth = "measured depth from which on the tool is this one";
+
 /// Depth at which a leg begins, in metres.
 double read_from_md(config::ConfigReader& leg, std::string& key) {
   key = leg.has("from_md_ft") ? "from_md_ft" : "from_md_m";
-  if (key == "from_md_m") return leg.number(key, config::Range::non_negative());
+  if (key == "from_md_m") return leg.number(key, config::Range::non_negative(), kFromDepth);
   if (leg.has("from_md_m")) leg.fail("from_md_m", "not together with from_md_ft");
-  return kFoot * leg.number(key, config::Range::non_negative());
+  return kFoot * leg.number(key, config::Range::non_negative(), kFromDepth);
 }
 
 }  // namespace
@@ -64,7 +70,7 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey,
   out.runs.push_back({1, model.model});
   out.model_names.push_back(model.name);
   out.from_md.push_back(survey.stations.front().md);
-  for (config::ConfigReader& leg : c.tables("leg")) {
+  for (config::ConfigReader& leg : c.tables("leg", "further tools, from a depth on")) {
     std::string key;
     const double from = read_from_md(leg, key);
     if (leg.has("error_model")) model = read_error_model_choice(leg);
@@ -94,7 +100,8 @@ bool has_source(const ToolRuns& tools, const std::string& code) {
 }
 
 double read_latitude(config::ConfigReader& c, const std::vector<config::SharedModel>& models) {
-  if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
+  if (c.has("field.latitude_deg"))
+    return c.number("field.latitude_deg", config::Range::closed(-90, 90), config::meaning::kLatitude) * kDegree;
   for (const config::SharedModel& m : models)
     for (const error_model::Term& t : m->terms)
       if (t.function->names(error_model::Variable::latitude))
@@ -120,7 +127,8 @@ void warn_of_idle_terms(config::ConfigReader& c, const ToolRuns& tools, const su
 void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,
                         const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity,
                         const std::string& well) {
-  if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "mark") return;
+  if (c.choice("error_model.outside_range", {"mark", "refuse"}, config::meaning::kOutsideRange, "mark") == "mark")
+    return;
   for (const propagate::Validity& v : validity)
     if (v.rule == propagate::ValidityRule::inclination_range || v.rule == propagate::ValidityRule::east_west_exclusion)
       c.fail("error_model.outside_range", fmt::format("{}{}{}: station at md {} m: {}", well, well.empty() ? "" : ": ",

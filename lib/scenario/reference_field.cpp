@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "config/meanings.h"
 #include "earth/geodesy.h"
 
 namespace surveymc::scenario {
@@ -16,8 +17,10 @@ constexpr double kLowest = -1000, kHighest = 850'000;  // m: where WMM is specif
 
 earth::Place read_place(config::ConfigReader& c) {
   earth::Place p;
-  p.latitude = c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
-  p.longitude = c.number("field.longitude_deg", config::Range::closed(-180, 360)) * kDegree;
+  p.latitude = c.number("field.latitude_deg", config::Range::closed(-90, 90), config::meaning::kLatitude) * kDegree;
+  p.longitude =
+      c.number("field.longitude_deg", config::Range::closed(-180, 360), "longitude of the well, WGS84, east positive") *
+      kDegree;
   return p;
 }
 
@@ -39,12 +42,13 @@ std::string zone_text(const char* zone, double below, const earth::MagneticEleme
 }
 
 double convergence_of_grid(config::ConfigReader& c, const earth::Place& place) {
-  c.choice("field.grid.crs", {"utm"});
+  c.choice("field.grid.crs", {"utm"}, "grid of the map: Universal Transverse Mercator");
   c.require(earth::has_utm(place), "field.latitude_deg",
             "there is no UTM grid: it ends at 80 degrees south and 84 degrees north; give convergence_deg instead of "
             "grid");
   if (!c.has("field.grid.zone")) return earth::utm_convergence(place, earth::utm_zone(place));
-  const auto zone = static_cast<int>(c.integer("field.grid.zone", 1, 60));
+  const auto zone =
+      static_cast<int>(c.integer("field.grid.zone", 1, 60, "zone of the grid; without it that of the place"));
   // A field that lies on both sides of a zone's edge is mapped in one of them: up to half a zone beyond the edge.
   constexpr double kFarthest = 6 * kDegree;
   const double distance = earth::distance_from_central_meridian(place, zone);
@@ -58,13 +62,18 @@ double convergence_of_grid(config::ConfigReader& c, const earth::Place& place) {
 
 /// `place`: nothing if it has not been read.
 double convergence_at(config::ConfigReader& c, const std::optional<earth::Place>& place) {
-  if (!c.has("field.grid")) return c.number("field.convergence_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  if (!c.has("field.grid"))
+    return c.number("field.convergence_deg", config::Range::closed(-180, 180), config::meaning::kConvergence, 0) *
+           kDegree;
   if (c.has("field.convergence_deg")) c.fail("field.convergence_deg", "not together with grid, which gives it");
   return convergence_of_grid(c, place ? *place : read_place(c));
 }
 
 void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
-  const bool allowed = c.choice("field.blackout", {"refuse", "allow"}, "refuse") == "allow";
+  const bool allowed = c.choice("field.blackout", {"refuse", "allow"},
+                                "a place in the blackout zone, where the horizontal field is below 2000 nT: 'refuse' "
+                                "ends the run, 'allow' warns",
+                                "refuse") == "allow";
   const earth::MagneticElements e = earth::magnetic_elements(f.magnetic.vector);
   if (f.zone == earth::CompassZone::blackout) {
     const std::string text = zone_text("blackout", earth::kBlackoutBelow, e);
@@ -90,15 +99,18 @@ std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
       c.fail("field.longitude_deg", "only with field.model = \"wmm2025\" or field.grid");
     return std::nullopt;
   }
-  const std::string name = c.choice("field.model", kFieldModels);
+  const std::string name = c.choice(
+      "field.model", kFieldModels,
+      "model that gives total field, dip, declination and gravity of the place; these keys may not stand beside it");
   for (const char* key : {"field.total_nT", "field.dip_deg", "field.declination_deg", "field.gravity_mps2"})
     if (c.has(key))
       c.fail(key, fmt::format("not together with field.model = \"{}\", which gives it: take one away", name));
   const earth::GeomagneticModel& model = earth::wmm2025();
   PlacedField f;
   f.place = read_place(c);
-  f.place.height = c.number("field.height_m", config::Range::closed(kLowest, kHighest), 0);
-  f.year = c.decimal_year("field.date");
+  f.place.height = c.number("field.height_m", config::Range::closed(kLowest, kHighest),
+                            "height above the ellipsoid; heights above the sea differ by up to 100 m (2.5 nT)", 0);
+  f.year = c.decimal_year("field.date", "day of the survey, within the model's life from 2025.0 to 2030.0");
   c.require(model.is_valid_in(f.year), "field.date",
             fmt::format("{} is valid from {:.1f} to {:.1f}", name, model.epoch(), model.end()));
   f.magnetic = model.field(f.place, f.year);
@@ -120,13 +132,14 @@ std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
 survey::ReferenceField read_field(config::ConfigReader& c) {
   if (const std::optional<PlacedField> placed = read_placed_field(c)) return placed->field;
   survey::ReferenceField f;
-  f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6));
-  f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90)) * kDegree;
+  f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6), config::meaning::kTotalField);
+  f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90), config::meaning::kDip) * kDegree;
   c.require(std::abs(f.dip) < 89.99 * kDegree, "field.dip_deg",
             "the horizontal field vanishes: there is no magnetic azimuth");
-  f.declination = c.number("field.declination_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  f.declination =
+      c.number("field.declination_deg", config::Range::closed(-180, 180), config::meaning::kDeclination, 0) * kDegree;
   f.convergence = read_convergence(c);
-  f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), 9.80665);
+  f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), config::meaning::kGravity, 9.80665);
   return f;
 }
 

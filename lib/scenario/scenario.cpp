@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/foreign_table.h"
+#include "config/meanings.h"
 #include "estimate/estimators.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
@@ -24,25 +25,30 @@ constexpr const char* kNorthOfSurvey = "survey.azimuth_reference";
 /// "", in which the keys are.
 config::ImportOptions read_import_options(config::ConfigReader& c, const std::string& table) {
   config::ImportOptions options;
-  const auto add = [&](const char* key, const char* option, const std::vector<std::string>& allowed) {
+  const auto add = [&](const char* key, const char* option, const std::vector<std::string>& allowed,
+                       std::string_view meaning) {
     const std::string full = table + key;
-    if (c.has(full)) options.emplace_back(option, allowed.empty() ? c.text(full) : c.choice(full, allowed));
+    if (c.has(full))
+      options.emplace_back(option, allowed.empty() ? c.text(full, meaning) : c.choice(full, allowed, meaning));
   };
-  add("depth_unit", "depth-unit", {"m", "ft", "usft"});
-  add("angle_unit", "angle-unit", {"deg", "rad", "gon"});
-  add("decimal", "decimal", {"point", "comma"});
-  add("columns", "columns", {});
-  add("skip_lines", "skip-lines", {});
-  add("sheet", "sheet", {});
-  add("trajectory", "trajectory", {});
-  add("encoding", "encoding", {});
+  add("depth_unit", "depth-unit", {"m", "ft", "usft"}, "unit of depths; without it what the heading says");
+  add("angle_unit", "angle-unit", {"deg", "rad", "gon"},
+      "unit of angles; without it what the heading says, or degrees");
+  add("decimal", "decimal", {"point", "comma"}, "decimal mark; without it what the numbers show");
+  add("columns", "columns", {},
+      "columns by number from 1 or heading, 'md=1,inc=3,azi=4'; without it by their headings");
+  add("skip_lines", "skip-lines", {}, "lines, or rows of a sheet, to leave out: '12,15-20'");
+  add("sheet", "sheet", {}, "sheet of a workbook");
+  add("trajectory", "trajectory", {},
+      "name, uid or number in a WITSML file of several; the well in a table of several");
+  add("encoding", "encoding", {}, "encoding of a text file");
   return options;
 }
 
 /// The north that the config writes, not its default: by has() that would be kept out of the resolved config.
 std::optional<std::string> written_north(config::ConfigReader& c, const std::string& key) {
   if (!c.is_text(key)) return std::nullopt;
-  return c.choice(key, {"true", "magnetic", "grid"});
+  return c.choice(key, {"true", "magnetic", "grid"}, config::kMeaningElsewhere);
 }
 
 /// The table that the file of `key` holds, in our own form or in that of another program. `north`: the key of its
@@ -53,16 +59,21 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
   std::string reading, told;
   std::vector<std::string> warnings;
   for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
-  const std::string path = c.text(key);
+  const std::string path = c.text(key, config::kMeaningElsewhere);
   config::InputTable table = c.table(
       key,
+      kind == config::ForeignKind::survey
+          ? "the survey: a CSV with `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg`, `toolface_deg` where it is "
+            "needed, and `tvd_m` or `tvd_ft` if there; or a file of another program"
+          : "the readings: a CSV with `md_m` or `md_ft` and `gx ... bz` in `_mps2` or `_mg` and `_nT` or `_uT`, at "
+            "least 3 stations (1 for estimators by single stations and 'chained'); or a file of another program",
       [&](const std::filesystem::path& place) {
         config::ImportOptions all = options;
         if (const auto written = written_north(c, north)) all.emplace_back("azimuth-reference", *written);
         // By has(), as tell_survey() asks for it.
         const std::string unusual = key.substr(0, key.rfind('.') + 1) + "unusual";
         if (kind == config::ForeignKind::survey && c.has(unusual))
-          all.emplace_back("unusual", c.choice(unusual, {"refuse", "allow"}));
+          all.emplace_back("unusual", c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual));
         config::ReadTable read = config::read_any_form(place, path, kind, all, told_as);
         told = std::move(read.told);
         warnings = std::move(read.warnings);
@@ -75,12 +86,18 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
 }
 
 survey::Survey read_planned_survey(config::ConfigReader& c) {
-  const double kickoff = c.number("survey.plan.kickoff_m", config::Range::non_negative()),
-               per_30m = c.number("survey.plan.build_deg_per_30m", config::Range{0, 90, true, false}, 3),
-               inclination = kDegree * c.number("survey.plan.inclination_deg", config::Range::closed(0, 180)),
-               azimuth = kDegree * c.number("survey.plan.azimuth_deg", config::Range::closed(-360, 360)),
-               bottom = c.number("survey.plan.md_m", config::Range::positive()),
-               spacing = c.number("survey.plan.spacing_m", config::Range{0, 1000, true, false}, 30);
+  const double kickoff = c.number("survey.plan.kickoff_m", config::Range::non_negative(),
+                                  "measured depth where the planned well leaves the vertical"),
+               per_30m = c.number("survey.plan.build_deg_per_30m", config::Range{0, 90, true, false},
+                                  "build rate of the planned well", 3),
+               inclination = kDegree * c.number("survey.plan.inclination_deg", config::Range::closed(0, 180),
+                                                "inclination to which the planned well builds"),
+               azimuth = kDegree * c.number("survey.plan.azimuth_deg", config::Range::closed(-360, 360),
+                                            "azimuth of the planned well"),
+               bottom =
+                   c.number("survey.plan.md_m", config::Range::positive(), "measured depth of the planned well's end"),
+               spacing = c.number("survey.plan.spacing_m", config::Range{0, 1000, true, false},
+                                  "distance of stations along the planned well", 30);
   c.require(bottom / spacing < 100'000.5, "survey.plan.spacing_m", "more than 100000 stations");
   c.require(per_30m / 30 * spacing <= 90, "survey.plan.build_deg_per_30m",
             fmt::format("with survey.plan.spacing_m = {} there is more than 90 deg between two stations", spacing));
@@ -107,7 +124,8 @@ config::AzimuthReference read_azimuth_reference(config::ConfigReader& c, const c
         fmt::format("{}: the file does not say which north azimuths are counted from: must be known: "
                     "{} = \"true\", \"magnetic\" or \"grid\"",
                     table.path, key));
-  const std::string north = c.choice(key, {"true", "magnetic", "grid"}, said.empty() ? "true" : said);
+  const std::string north =
+      c.choice(key, {"true", "magnetic", "grid"}, config::meaning::kNorth, said.empty() ? "true" : said);
   if (!said.empty() && north != said)
     c.fail(key, fmt::format("{} says {} north: must agree; leave this key out", table.path, said));
   return north == "magnetic" ? config::AzimuthReference::magnetic
@@ -149,8 +167,9 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
   // Before its zero is asked for, which a file without toolface does not have: this throws.
   if (needs_toolface && table.find("toolface_deg") < 0) config::survey_from_table(table, conventions, true);
   const std::vector<std::string> zeros{"x", "y"};
-  const std::string zero =
-      needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
+  const std::string zero = needs_toolface
+                               ? c.choice("survey.toolface_zero", zeros, config::meaning::kToolfaceZero)
+                               : c.choice("survey.toolface_zero", zeros, config::meaning::kToolfaceZero, "y");
   conventions.toolface_zero = zero == "x" ? config::ToolfaceZero::x : config::ToolfaceZero::y;
   conventions.azimuth_reference = read_azimuth_reference(c, table, "survey.azimuth_reference");
   conventions.declination = field.declination;
@@ -163,39 +182,53 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
 
 std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const survey::Survey& survey) {
   if (c.has("survey.plan")) return survey::true_vertical_depths(survey);
-  std::vector<double> listed = config::tvd_from_table(c.csv("survey.file"));
+  std::vector<double> listed = config::tvd_from_table(c.csv("survey.file", config::kMeaningElsewhere));
   return listed.empty() ? survey::true_vertical_depths(survey) : listed;
 }
 
 sensor::MagnetometerErrors read_magnetometer_errors(config::ConfigReader& c) {
   const std::vector<double> gain =
-      c.numbers("sensor.gain", config::Range::open(0.1, 10), 3, std::vector<double>{1, 1, 1});
+      c.numbers("sensor.gain", config::Range::open(0.1, 10), "true gains of the magnetometers x, y, z", 3,
+                std::vector<double>{1, 1, 1});
   const std::vector<double> bias =
-      c.numbers("sensor.bias_nT", config::Range::closed(-1e5, 1e5), 3, std::vector<double>{0, 0, 0});
+      c.numbers("sensor.bias_nT", config::Range::closed(-1e5, 1e5), "true biases of the magnetometers x, y, z", 3,
+                std::vector<double>{0, 0, 0});
   return {{gain[0], gain[1], gain[2]}, {bias[0], bias[1], bias[2]}};
 }
 
 sensor::NoiseModel read_noise(config::ConfigReader& c) {
   sensor::NoiseModel n;
-  const double scale = c.number("noise.scale", config::Range::positive(), 1);
-  n.magnetometer = scale * c.number("noise.magnetometer_nT", config::Range::closed(0, 1e5));
-  n.accelerometer = scale * c.number("noise.accelerometer_mps2", config::Range::closed(0, 1), 0);
+  const double scale = c.number("noise.scale", config::Range::positive(), "multiplies every noise size", 1);
+  n.magnetometer = scale * c.number("noise.magnetometer_nT", config::Range::closed(0, 1e5),
+                                    "size of `noise.law`, per axis and station");
+  n.accelerometer = scale * c.number("noise.accelerometer_mps2", config::Range::closed(0, 1),
+                                     "one sd, per axis and station, Gaussian", 0);
   const std::string law =
-      c.choice("noise.law", {"gaussian", "gaussian_half_open", "uniform", "uniform_half_open"}, "gaussian");
+      c.choice("noise.law", {"gaussian", "gaussian_half_open", "uniform", "uniform_half_open"},
+               "law of the magnetometer noise of size s: 'gaussian' (s is one sd), 'gaussian_half_open' (its absolute "
+               "value), 'uniform' (+- s), 'uniform_half_open' (0 to s)",
+               "gaussian");
   n.law = law == "gaussian_half_open"  ? sensor::NoiseLaw::gaussian_half_open
           : law == "uniform"           ? sensor::NoiseLaw::uniform
           : law == "uniform_half_open" ? sensor::NoiseLaw::uniform_half_open
                                        : sensor::NoiseLaw::gaussian;
   // The model's name stands for its sizes, one draw a run: a model that is wrong is so for the whole well.
   const bool named = c.has("noise.reference.name");
-  const ReferenceSize size = named ? reference_size(c.choice("noise.reference.name", kFieldModels)) : ReferenceSize{};
-  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"}, named ? "run" : "none");
+  const ReferenceSize size =
+      named ? reference_size(c.choice(
+                  "noise.reference.name", kFieldModels,
+                  "the model's error as draws: one draw a run, of 138 nT and 0.20 deg, each of which can be given"))
+            : ReferenceSize{};
+  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"},
+                                   "how often an error of the reference is drawn", named ? "run" : "none");
   n.reference = per == "run"       ? sensor::ReferenceNoise::per_run
                 : per == "station" ? sensor::ReferenceNoise::per_station
                                    : sensor::ReferenceNoise::none;
   // Given but unused values stay allowed, so that `per` can be swept.
-  const double total = c.number("noise.reference.total_nT", config::Range::closed(0, 1e5), size.total);
-  const double dip = c.number("noise.reference.dip_deg", config::Range::closed(0, 45), size.dip / kDegree);
+  const double total = c.number("noise.reference.total_nT", config::Range::closed(0, 1e5),
+                                "one sd of the reference's total field", size.total);
+  const double dip = c.number("noise.reference.dip_deg", config::Range::closed(0, 45), "one sd of the reference's dip",
+                              size.dip / kDegree);
   if (n.reference == sensor::ReferenceNoise::none && (total > 0 || dip > 0) && !named)
     c.require(
         c.has("noise.reference.per"), total > 0 ? "noise.reference.total_nT" : "noise.reference.dip_deg",
@@ -208,9 +241,12 @@ sensor::NoiseModel read_noise(config::ConfigReader& c) {
 }
 
 sensor::ToolSpread read_tool_spread(config::ConfigReader& c) {
-  return {c.number("sensor.spread.gain", config::Range::closed(0, 0.3), 0),
-          c.number("sensor.spread.bias_nT", config::Range::closed(0, 1e5), 0),
-          c.number("sensor.spread.axial_bias_nT", config::Range::closed(0, 1e5), 0)};
+  return {c.number("sensor.spread.gain", config::Range::closed(0, 0.3),
+                   "every run has a tool of its own: one sd of its gains about `sensor.gain`", 0),
+          c.number("sensor.spread.bias_nT", config::Range::closed(0, 1e5),
+                   "one sd of a tool's biases about `sensor.bias_nT`", 0),
+          c.number("sensor.spread.axial_bias_nT", config::Range::closed(0, 1e5),
+                   "one sd of the drill string's interference, which adds to the bias of z", 0)};
 }
 
 namespace {
@@ -229,32 +265,47 @@ std::string names_with(const Trait& has_trait) {
 estimate::EstimatorOptions read_estimator(config::ConfigReader& c, const estimate::InputErrors& truth,
                                           const survey::ReferenceField& field, const std::vector<std::string>& names) {
   estimate::EstimatorOptions o;
-  o.name = c.choice("estimator.name", names);
+  o.name = c.choice("estimator.name", names, "estimator (docs/studies.md)");
   const estimate::EstimatorKind& kind = estimate::estimator_kind(o.name);
   c.require(kind.predict != nullptr, "estimator.name",
             "this study compares with a prediction to first order, and \"" + o.name + "\" has none");
-  o.solver = c.choice("estimator.solver", estimate::solver_names(), o.solver);
+  o.solver = c.choice("estimator.solver", estimate::solver_names(), "minimiser; not of wls", o.solver);
   c.require(kind.has_second_solvers || o.solver == "gauss_newton", "estimator.solver",
             o.name + " is solved in closed form: must be \"gauss_newton\"");
-  o.max_iterations = static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, o.max_iterations));
-  o.step_tolerance = c.number("estimator.step_tolerance", config::Range{0, 1e-2, true, false}, o.step_tolerance);
+  o.max_iterations =
+      static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, "most iterations of a trial", o.max_iterations));
+  o.step_tolerance = c.number("estimator.step_tolerance", config::Range{0, 1e-2, true, false},
+                              "converged when no unknown moves by more (gains 1, biases in units of the total field)",
+                              o.step_tolerance);
   o.assumed = truth;
   if (!kind.derivative.empty())
-    o.derivative = c.choice("estimator.derivative", estimate::derivative_names(), std::string(kind.derivative));
+    o.derivative = c.choice("estimator.derivative", estimate::derivative_names(),
+                            "where the derivative by a gain is taken: 'measured': at the reading, noise included; "
+                            "'fitted': at the fitted field",
+                            std::string(kind.derivative));
   else if (c.has("estimator.derivative"))
     c.fail("estimator.derivative",
            "only " + names_with([](const estimate::EstimatorKind& k) { return !k.derivative.empty(); }) + " have it");
   if (!kind.weighs) return o;
-  o.assumed.magnetometer = c.number("estimator.magnetometer_nT", config::Range::closed(0, 1e5), truth.magnetometer);
+  o.assumed.magnetometer = c.number("estimator.magnetometer_nT", config::Range::closed(0, 1e5),
+                                    "one sd that the estimator assumes of a magnetometer reading", truth.magnetometer);
   c.require(o.assumed.magnetometer > 0, "estimator.magnetometer_nT",
             "must be > 0: " + o.name + " weighs the readings by it");
   o.assumed.down =
-      c.number("estimator.accelerometer_mps2", config::Range::closed(0, 1), truth.down * field.gravity) / field.gravity;
-  o.assumed.total = c.number("estimator.reference.total_nT", config::Range::closed(0, 1e5), truth.total);
-  o.assumed.dip = c.number("estimator.reference.dip_deg", config::Range::closed(0, 45), truth.dip / kDegree) * kDegree;
-  o.assumed.gain = c.number("estimator.prior.gain", config::Range::closed(0, 10), truth.gain);
-  o.assumed.bias = c.number("estimator.prior.bias_nT", config::Range::closed(0, 1e6), truth.bias);
-  o.assumed.axial_bias = c.number("estimator.prior.axial_bias_nT", config::Range::closed(0, 1e6), truth.axial_bias);
+      c.number("estimator.accelerometer_mps2", config::Range::closed(0, 1),
+               "one sd that the estimator assumes of an accelerometer reading", truth.down * field.gravity) /
+      field.gravity;
+  o.assumed.total = c.number("estimator.reference.total_nT", config::Range::closed(0, 1e5),
+                             "one sd that the estimator assumes of the reference's total field", truth.total);
+  o.assumed.dip = c.number("estimator.reference.dip_deg", config::Range::closed(0, 45),
+                           "one sd that the estimator assumes of the reference's dip", truth.dip / kDegree) *
+                  kDegree;
+  o.assumed.gain = c.number("estimator.prior.gain", config::Range::closed(0, 10),
+                            "one sd of the prior of each gain about 1; 0: no prior", truth.gain);
+  o.assumed.bias = c.number("estimator.prior.bias_nT", config::Range::closed(0, 1e6),
+                            "one sd of the prior of each bias about 0; 0: no prior", truth.bias);
+  o.assumed.axial_bias = c.number("estimator.prior.axial_bias_nT", config::Range::closed(0, 1e6),
+                                  "one sd that the prior of the axial bias has besides; 0: none", truth.axial_bias);
   return o;
 }
 
@@ -265,7 +316,10 @@ sensor::AssumedNoise read_assumed_noise(config::ConfigReader& c, const std::stri
              "only " + names_with([](const estimate::EstimatorKind& k) { return k.weighs_each_reading; }) + " has it");
     return sensor::AssumedNoise::constant;
   }
-  const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"}, "constant");
+  const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"},
+                                     "of wls: what it assumes of a reading is drawn anew in each run, as 'sd' in (0, "
+                                     "size) nT or as 'variance' in (0, size) nT^2",
+                                     "constant");
   return drawn == "sd"         ? sensor::AssumedNoise::random_sd
          : drawn == "variance" ? sensor::AssumedNoise::random_variance
                                : sensor::AssumedNoise::constant;

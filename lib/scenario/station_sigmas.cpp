@@ -8,14 +8,17 @@ single_station::StationSigmas read_station_sigmas(config::ConfigReader& c) {
   const config::Range acceleration = config::Range::closed(0, 1), field{0, 1e6, true, false},
                       any_field = config::Range::closed(0, 1e6);
   single_station::StationSigmas s;
-  s.accelerometer_xy = c.number("sigma.accelerometer_xy_mps2", acceleration, 0.0);
-  s.accelerometer_z = c.number("sigma.accelerometer_z_mps2", acceleration, s.accelerometer_xy);
-  s.gravity = c.number("sigma.gravity_mps2", acceleration, 0.0);
-  s.magnetometer_xy = c.number("sigma.magnetometer_xy_nT", field);
-  s.magnetometer_z = c.number("sigma.magnetometer_z_nT", field, s.magnetometer_xy);
-  s.horizontal = c.number("sigma.horizontal_nT", any_field, 0.0);
-  s.vertical = c.number("sigma.vertical_nT", any_field);
-  s.axial = c.number("sigma.axial_magnetisation_nT", any_field, 0.0);
+  s.accelerometer_xy =
+      c.number("sigma.accelerometer_xy_mps2", acceleration, "one sd of the accelerometers x and y", 0.0);
+  s.accelerometer_z =
+      c.number("sigma.accelerometer_z_mps2", acceleration, "one sd of the accelerometer z", s.accelerometer_xy);
+  s.gravity = c.number("sigma.gravity_mps2", acceleration, "one sd of the gravity reference", 0.0);
+  s.magnetometer_xy = c.number("sigma.magnetometer_xy_nT", field, "one sd of the magnetometers x and y");
+  s.magnetometer_z = c.number("sigma.magnetometer_z_nT", field, "one sd of the magnetometer z", s.magnetometer_xy);
+  s.horizontal = c.number("sigma.horizontal_nT", any_field, "one sd of the horizontal reference field", 0.0);
+  s.vertical = c.number("sigma.vertical_nT", any_field, "one sd of the vertical reference field");
+  s.axial = c.number("sigma.axial_magnetisation_nT", any_field,
+                     "one sd of the axial magnetisation, a priori; 0: unknown", 0.0);
   return s;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "config/meanings.h"
 #include "config/survey_checks.h"
 #include "survey/survey_summary.h"
 
@@ -22,7 +23,7 @@ const char* north_name(config::AzimuthReference north) {
 void tell_survey(config::ConfigReader& c, const config::InputTable& table, const survey::Survey& survey,
                  const config::SurveyConventions& conventions, const std::string& unusual) {
   // The key is asked for by has() first, so that no default of it is written into every config.
-  const bool allowed = c.has(unusual) && c.choice(unusual, {"refuse", "allow"}) == "allow";
+  const bool allowed = c.has(unusual) && c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual) == "allow";
   for (const config::SurveyFinding& f : config::unusual_in_survey(table, survey)) {
     if (f.is_refused && !allowed)
       throw InputError(fmt::format("{}; if the survey is meant so, set {} = \"allow\"", f.text, unusual));
@@ -73,7 +74,7 @@ void warn_of_axes(config::ConfigReader& c, const survey::SixAxisReadings& r) {
   std::string text = fmt::format(
       "readings {}: between {:.10g} and {:.10g} m their z axis turns by {:.4g} deg{}: no tool drills more than 30 "
       "deg/30 m",
-      c.csv("readings").path, r.md[z.station - 1], r.md[z.station], z.angle / kDegree,
+      c.csv("readings", config::kMeaningElsewhere).path, r.md[z.station - 1], r.md[z.station], z.angle / kDegree,
       z.others > 1 ? fmt::format(" (and in {} other places by more than is drilled)", z.others - 1) : "");
   for (const auto& [name, axis] : {std::pair{"x", &survey::Vec3<double>::x}, std::pair{"y", &survey::Vec3<double>::y}})
     if (undrilled_turns(r, axis).others == 0)
@@ -96,8 +97,8 @@ void tell_readings(config::ConfigReader& c, const survey::SixAxisReadings& readi
   c.note(
       fmt::format("readings {}: {} stations, measured depth {:.10g} to {:.10g} m, mean gravity {:.4f} m/s2, total "
                   "field {:.0f} nT, dip {:.2f} deg",
-                  c.csv("readings").path, readings.md.size(), readings.md.front(), readings.md.back(), gravity / n,
-                  total / n, dip / kDegree));
+                  c.csv("readings", config::kMeaningElsewhere).path, readings.md.size(), readings.md.front(),
+                  readings.md.back(), gravity / n, total / n, dip / kDegree));
   warn_of_axes(c, readings);
   const std::string key = c.has("field.model") ? "field.latitude_deg" : "field.dip_deg";
   constexpr double kClear = 5 * kDegree;  // nearer the magnetic equator the sign tells nothing

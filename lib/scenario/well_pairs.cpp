@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "config/meanings.h"
 #include "scenario/scenario.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
@@ -37,7 +38,7 @@ double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, do
   const bool is_metres = c.has(metres) || (fallback == 0 && !c.has(inches));
   if (!is_metres && !c.has(inches)) return fallback;
   const std::string& key = is_metres ? metres : inches;
-  const double diameter = (is_metres ? 1 : kInch) * c.number(key, config::Range::positive());
+  const double diameter = (is_metres ? 1 : kInch) * c.number(key, config::Range::positive(), "diameter of the hole");
   constexpr double kWidest = 1.5;
   if (diameter > kWidest)
     c.warn(key, fmt::format("a hole of {:.4g} m is wider than any that is drilled for a well: is the unit right?",
@@ -53,20 +54,21 @@ survey::ReferenceField read_offset_field(config::ConfigReader& c, const survey::
   if (c.has("field.model")) return read_field(c);
   survey::ReferenceField f = reference;
   if (c.has("field.total_nT") || c.has("field.dip_deg")) {
-    f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6));
-    f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90)) * kDegree;
+    f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6), config::meaning::kTotalField);
+    f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90), config::meaning::kDip) * kDegree;
     c.require(std::abs(f.dip) < 89.99 * kDegree, "field.dip_deg",
               "the horizontal field vanishes: there is no magnetic azimuth");
   }
-  const auto angle = [&](const char* key, double& x) {
-    if (c.has(key)) x = c.number(key, config::Range::closed(-180, 180)) * kDegree;
+  const auto angle = [&](const char* key, std::string_view meaning, double& x) {
+    if (c.has(key)) x = c.number(key, config::Range::closed(-180, 180), meaning) * kDegree;
   };
-  angle("field.declination_deg", f.declination);
+  angle("field.declination_deg", config::meaning::kDeclination, f.declination);
   if (c.has("field.grid"))
     f.convergence = read_convergence(c);
   else
-    angle("field.convergence_deg", f.convergence);
-  if (c.has("field.gravity_mps2")) f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9));
+    angle("field.convergence_deg", config::meaning::kConvergence, f.convergence);
+  if (c.has("field.gravity_mps2"))
+    f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), config::meaning::kGravity);
   return f;
 }
 
@@ -149,7 +151,8 @@ bool is_same_station(const survey::Station& a, const survey::Station& b) {
 }
 
 std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well& reference) {
-  const double md = c.number("kickoff_md_m", config::Range::non_negative());
+  const double md = c.number("kickoff_md_m", config::Range::non_negative(),
+                             "of a sidetrack: measured depth of the station where it leaves the reference");
   const auto find = [&](const survey::Survey& s, const char* which) {
     if (const auto k = survey::station_at(s, md)) return *k;
     c.fail("kickoff_md_m", fmt::format("{} has no station at this depth", which));
@@ -187,7 +190,8 @@ void require_field_of_reference(const config::ConfigReader& c, const Well& w, co
 /// Slots in the frame of true north. `turn`: the convergence, where they are differences of map coordinates.
 Eigen::Vector3d read_slot(config::ConfigReader& c, const std::string& key, double turn,
                           const std::optional<std::vector<double>>& missing = std::nullopt) {
-  const Eigen::Vector3d slot = vector_of(missing ? c.numbers(key, kPlace, 3, *missing) : c.numbers(key, kPlace, 3));
+  const Eigen::Vector3d slot =
+      vector_of(c.numbers(key, kPlace, "position of the first station: true north, east, down", 3, missing));
   if (turn == 0) return slot;
   return {slot.x() * std::cos(turn) - slot.y() * std::sin(turn), slot.x() * std::sin(turn) + slot.y() * std::cos(turn),
           slot.z()};
@@ -214,7 +218,7 @@ void ask_for_north_of_slots(config::ConfigReader& c, const WellPairs& s, config:
 
 Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north, double turn) {
   Well w;
-  w.name = c.text("name");
+  w.name = c.text("name", "name of the offset, once");
   w.model_place = c.has("error_model") ? c.place("error_model") : reference.model_place;
   w.field = read_offset_field(c, reference.field);
   w.survey = read_offset_survey(c, w.field, north);
@@ -236,7 +240,7 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
   const bool has_latitude = c.has("field.latitude_deg") || std::isnan(reference.latitude);
   w.latitude = has_latitude ? read_latitude(c, models_of(w.tools)) : reference.latitude;
   if (is_sidetrack) require_field_of_reference(c, w, reference);
-  w.tvd = config::tvd_from_table(c.csv("file"));
+  w.tvd = config::tvd_from_table(c.csv("file", config::kMeaningElsewhere));
   if (w.tvd.empty()) w.tvd = survey::true_vertical_depths(w.survey);
   if (is_sidetrack) std::copy_n(reference.tvd.begin(), *w.kickoff + 1, w.tvd.begin());
   const bool is_identical = w.slot == reference.slot && std::equal(w.survey.stations.begin(), w.survey.stations.end(),
@@ -249,9 +253,9 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
 
 Formulation read_list(config::ConfigReader& c) {
   Formulation f;
-  f.name = c.text("name");
+  f.name = c.text("name", "name of this formulation, for tables");
   f.sharing = Sharing::listed;
-  f.codes = c.texts("codes");
+  f.codes = c.texts("codes", "codes of the sources that the wells share, of mode W or G");
   return f;
 }
 
@@ -330,7 +334,11 @@ void read_formulations(config::ConfigReader& c, Scenario& s) {
   std::set<std::string> names;
   const bool has_sidetrack =
       std::any_of(s.offsets.begin(), s.offsets.end(), [](const Well& w) { return w.kickoff.has_value(); });
-  for (auto& entry : c.texts_or_tables("separation.formulations", {"independent", "geomagnetic"})) {
+  for (auto& entry :
+       c.texts_or_tables("separation.formulations",
+                         "what the wells share: 'independent' nothing, 'geomagnetic' the reference field, 'global' all "
+                         "of mode G, 'pad' those of G and W, or { name, codes } sources of these codes",
+                         {"independent", "geomagnetic"})) {
     if (const std::string* word = std::get_if<std::string>(&entry)) {
       s.formulations.push_back(formulation_of(c, *word));
     } else {
@@ -365,7 +373,7 @@ std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interp
 
 /// `error_model.outside_range` of the config holds for all wells.
 void refuse_outside_range(config::ConfigReader& c, const Well& w) {
-  if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "refuse")
+  if (c.choice("error_model.outside_range", {"mark", "refuse"}, config::meaning::kOutsideRange, "mark") == "refuse")
     read_outside_range(c, w.survey, w.tools.runs, propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude),
                        w.name);
 }
@@ -379,10 +387,16 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.field = read_field(c);
   r.survey = read_survey(c, r.field, false);
   const config::AzimuthReference north =
-      c.has("survey.plan") ? config::AzimuthReference::true_north
-                           : read_azimuth_reference(c, c.csv("survey.file"), "survey.azimuth_reference");
+      c.has("survey.plan")
+          ? config::AzimuthReference::true_north
+          : read_azimuth_reference(c, c.csv("survey.file", config::kMeaningElsewhere), "survey.azimuth_reference");
   // By has(), so that no default of it is written into every config.
-  const bool on_map = c.has("survey.slot_reference") && c.choice("survey.slot_reference", {"true", "grid"}) == "grid";
+  const bool on_map =
+      c.has("survey.slot_reference") &&
+      c.choice(
+          "survey.slot_reference", {"true", "grid"},
+          "north of all slots: 'grid': they are differences of map coordinates, and are turned by the convergence") ==
+          "grid";
   const double turn = on_map ? r.field.convergence : 0;
   r.slot = read_slot(c, "survey.slot_m", turn, std::vector<double>{0, 0, 0});
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
@@ -392,12 +406,13 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.tvd = read_true_vertical_depths(c, r.survey);
   refuse_outside_range(c, r);
   warn_of_idle_terms(c, r.tools, r.field, r.latitude);
-  std::vector<config::ConfigReader> offsets = c.tables("offset");
+  std::vector<config::ConfigReader> offsets = c.tables("offset", "wells to compare with the reference");
   if (offsets.empty()) c.fail("offset", "missing: there must be at least one [[offset]]");
   std::set<std::string> names{r.name};
   bool any_grid = north == config::AzimuthReference::grid;
   const auto uses_grid = [](config::ConfigReader& entry) {
-    return read_azimuth_reference(entry, entry.csv("file"), "azimuth_reference") == config::AzimuthReference::grid;
+    return read_azimuth_reference(entry, entry.csv("file", config::kMeaningElsewhere), "azimuth_reference") ==
+           config::AzimuthReference::grid;
   };
   for (config::ConfigReader& entry : offsets) {
     s.offsets.push_back(read_offset(entry, r, north, turn));
@@ -407,10 +422,16 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
     any_grid = any_grid || uses_grid(entry);
   }
   if (any_grid) ask_for_north_of_slots(c, s, north);
-  s.rule.scale_factor = c.number("separation.scale_factor", config::Range::positive(), s.rule.scale_factor);
-  s.rule.surface_margin = c.number("separation.surface_margin_m", config::Range::non_negative(), s.rule.surface_margin);
-  s.rule.project_ahead = c.number("separation.project_ahead_m", config::Range::non_negative(), s.rule.project_ahead);
-  s.interpolation = c.choice("separation.interpolation", {"covariance", "effects"}, "covariance") == "effects"
+  s.rule.scale_factor =
+      c.number("separation.scale_factor", config::Range::positive(), "k of the separation rule", s.rule.scale_factor);
+  s.rule.surface_margin = c.number("separation.surface_margin_m", config::Range::non_negative(),
+                                   "S_m of the separation rule", s.rule.surface_margin);
+  s.rule.project_ahead = c.number("separation.project_ahead_m", config::Range::non_negative(),
+                                  "sigma_pa of the separation rule", s.rule.project_ahead);
+  s.interpolation = c.choice("separation.interpolation", {"covariance", "effects"},
+                             "between stations: 'covariance': covariances and shared parts are linear in measured "
+                             "depth; 'effects': errors are linear, as of a drawn well",
+                             "covariance") == "effects"
                         ? Interpolation::effects
                         : Interpolation::covariance;
   read_formulations(c, s);
@@ -418,7 +439,8 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
 }
 
 void scale_models(config::ConfigReader& c, WellPairs& s) {
-  const double multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
+  const double multiplier =
+      c.number("errors.multiplier", {0, 1000, true, false}, config::meaning::kErrorsMultiplier, 1);
   if (multiplier == 1) return;
   std::map<const error_model::Model*, config::SharedModel> scaled;
   const auto scale = [&](ToolRuns& tools) {

@@ -57,7 +57,7 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
   ReadPoint p;
   p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
   if (reader.has("field.model")) p.placed = scenario::read_placed_field(reader);
-  if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family") != "none";
+  if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family", config::kMeaningElsewhere) != "none";
   if (p.plan->trials() > 0) config.seed();  // trials draw: there must be one
   std::vector<store::Axis> own = p.plan->map_axes();
   if (!axes_) axes_.emplace(point, own);

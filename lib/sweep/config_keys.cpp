@@ -233,6 +233,7 @@ store::Table config_keys(const study::Experiment& experiment) {
     t.word("default", "", is_needed_sometimes ? "needed by other keys" : usual);
     t.word("rule", "", rule_of(use));
     t.word("example", "as TOML", shortened_example(key, use));
+    t.word("meaning", "several: it depends on other keys", fmt::format("{}", fmt::join(use.meanings, "; or ")));
   };
   const std::map<std::string, config::KeyUse> general = config::keys_of_every_file(log->keys);
   for (const auto& [key, use] : general) add(key, general);

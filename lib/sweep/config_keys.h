@@ -5,10 +5,9 @@
 
 namespace surveymc::sweep {
 
-/// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example`,
-/// all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other
-/// keys", "-" (may be absent), a value as TOML, or
-/// "by other keys".
+/// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example,
+/// meaning`, all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other keys", "-"
+/// (may be absent), a value as TOML, or "by other keys".
 ///
 /// The reader reads all points of the configs that come with the program; then each config again with one supposition
 /// after the other (another word of a choice, a switch, a table that is not there), and, where that makes it miss keys,

@@ -39,7 +39,7 @@ TEST_CASE("Published values and expected verdicts are those of their point of th
   const std::vector<Row> names{{"position", "", "sigma3_north"}, {"position", "", "sigma3_east"}};
   for (std::size_t point = 0; point < 2; ++point) {
     config::ConfigReader reader = config.reader(point);
-    reader.number("noise.scale", {});
+    reader.number("noise.scale", {}, "");
     const Annotations annotations = Annotations::read(reader, names);
     reader.finish();
     CHECK(annotations.has_published());

@@ -170,10 +170,10 @@ TEST_CASE("Config: NaN and infinity are refused wherever they stand, read or not
 
 TEST_CASE("Config: a number out of range says place, value, rule") {
   const std::string body = "trials = 3\n[field]\n# comment\ntotal_nT = 50000\ndip_deg = 95\n";
-  CHECK(fault(body, [](ConfigReader& r) { r.number("field.dip_deg", Range::closed(-90, 90)); }) ==
+  CHECK(fault(body, [](ConfigReader& r) { r.number("field.dip_deg", Range::closed(-90, 90), ""); }) ==
         "t.toml:7: field.dip_deg = 95: must be in [-90, 90]");
   const auto rule = [&](const Range& range) {
-    return fault("x = -1.5\n", [&](ConfigReader& r) { r.number("x", range); });
+    return fault("x = -1.5\n", [&](ConfigReader& r) { r.number("x", range, ""); });
   };
   CHECK(rule(Range::positive()) == "t.toml:3: x = -1.5: must be > 0");
   CHECK(rule(Range::non_negative()) == "t.toml:3: x = -1.5: must be >= 0");
@@ -189,42 +189,46 @@ TEST_CASE("Config: values have the kind that was asked for") {
   const std::string body = "i = 3\nx = 3.0\ns = 'abc'\nb = true\na = [1]\nd = 2020-01-01\n[t]\nk = 1\n";
   auto config = config_of(body);
   auto r = config.reader(0);
-  CHECK(r.number("i", kAny) == 3);  // an integer is a number
-  CHECK(r.number("x", kAny) == 3);
-  CHECK(r.integer("i", 0, 3) == 3);
-  CHECK(r.text("s") == "abc");
-  CHECK(r.boolean("b", false));
-  CHECK(r.choice("s", {"x", "abc"}) == "abc");
+  CHECK(r.number("i", kAny, "") == 3);  // an integer is a number
+  CHECK(r.number("x", kAny, "") == 3);
+  CHECK(r.integer("i", 0, 3, "") == 3);
+  CHECK(r.text("s", "") == "abc");
+  CHECK(r.boolean("b", "", false));
+  CHECK(r.choice("s", {"x", "abc"}, "") == "abc");
 
   const auto of = [&](auto read) { return fault(body, read); };
-  CHECK(of([](ConfigReader& q) { q.number("s", kAny); }) == "t.toml:5: s = \"abc\": must be a number");
-  CHECK(of([](ConfigReader& q) { q.number("b", kAny); }) == "t.toml:6: b = true: must be a number");
-  CHECK(of([](ConfigReader& q) { q.number("a", kAny); }) == "t.toml:7: a = [1]: must be a number");
-  CHECK(of([](ConfigReader& q) { q.number("d", kAny); }) == "t.toml:8: d = 2020-01-01: must be a number");
-  CHECK(of([](ConfigReader& q) { q.number("t", kAny); }) == "t.toml:9: t: must be a number");
-  CHECK(of([](ConfigReader& q) { q.number("s", kAny, 1); }) == "t.toml:5: s = \"abc\": must be a number");
-  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9); }) == "t.toml:4: x = 3.0: must be an integer");
-  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9, 1); }) == "t.toml:4: x = 3.0: must be an integer");
-  CHECK(of([](ConfigReader& q) { q.integer("s", 0, 9); }) == "t.toml:5: s = \"abc\": must be an integer");
-  CHECK(of([](ConfigReader& q) { q.integer("i", 4, 9); }) == "t.toml:3: i = 3: must be in [4, 9]");
-  CHECK(of([](ConfigReader& q) { q.integer("i", 4, INT64_MAX); }) == "t.toml:3: i = 3: must be >= 4");
-  CHECK(of([](ConfigReader& q) { q.boolean("i", true); }) == "t.toml:3: i = 3: must be true or false");
-  CHECK(of([](ConfigReader& q) { q.text("i"); }) == "t.toml:3: i = 3: must be a string");
-  CHECK(of([](ConfigReader& q) { q.text("i", "x"); }) == "t.toml:3: i = 3: must be a string");
-  CHECK(of([](ConfigReader& q) { q.text("t"); }) == "t.toml:9: t: must be a string");
-  CHECK(of([](ConfigReader& q) { q.choice("s", {"x", "y"}); }) == "t.toml:5: s = \"abc\": must be one of \"x\", \"y\"");
-  CHECK(of([](ConfigReader& q) { q.choice("b", {"x", "y"}); }).ends_with("must be one of \"x\", \"y\""));
-  CHECK(of([](ConfigReader& q) { q.choice("i", {"x", "y"}, "x"); }) == "t.toml:3: i = 3: must be one of \"x\", \"y\"");
-  CHECK(of([](ConfigReader& q) { q.number("i.k", kAny); }) == "t.toml:3: i = 3: must be a table: write [i]");
-  CHECK(of([](ConfigReader& q) { q.number("i.k", kAny, 1); }) == "t.toml:3: i = 3: must be a table: write [i]");
+  CHECK(of([](ConfigReader& q) { q.number("s", kAny, ""); }) == "t.toml:5: s = \"abc\": must be a number");
+  CHECK(of([](ConfigReader& q) { q.number("b", kAny, ""); }) == "t.toml:6: b = true: must be a number");
+  CHECK(of([](ConfigReader& q) { q.number("a", kAny, ""); }) == "t.toml:7: a = [1]: must be a number");
+  CHECK(of([](ConfigReader& q) { q.number("d", kAny, ""); }) == "t.toml:8: d = 2020-01-01: must be a number");
+  CHECK(of([](ConfigReader& q) { q.number("t", kAny, ""); }) == "t.toml:9: t: must be a number");
+  CHECK(of([](ConfigReader& q) { q.number("s", kAny, "", 1); }) == "t.toml:5: s = \"abc\": must be a number");
+  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9, ""); }) == "t.toml:4: x = 3.0: must be an integer");
+  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9, "", 1); }) == "t.toml:4: x = 3.0: must be an integer");
+  CHECK(of([](ConfigReader& q) { q.integer("s", 0, 9, ""); }) == "t.toml:5: s = \"abc\": must be an integer");
+  CHECK(of([](ConfigReader& q) { q.integer("i", 4, 9, ""); }) == "t.toml:3: i = 3: must be in [4, 9]");
+  CHECK(of([](ConfigReader& q) { q.integer("i", 4, INT64_MAX, ""); }) == "t.toml:3: i = 3: must be >= 4");
+  CHECK(of([](ConfigReader& q) { q.boolean("i", "", true); }) == "t.toml:3: i = 3: must be true or false");
+  CHECK(of([](ConfigReader& q) { q.text("i", ""); }) == "t.toml:3: i = 3: must be a string");
+  CHECK(of([](ConfigReader& q) { q.text("i", "", "x"); }) == "t.toml:3: i = 3: must be a string");
+  CHECK(of([](ConfigReader& q) { q.text("t", ""); }) == "t.toml:9: t: must be a string");
+  CHECK(of([](ConfigReader& q) {
+          q.choice("s", {"x", "y"}, "");
+        }) == "t.toml:5: s = \"abc\": must be one of \"x\", \"y\"");
+  CHECK(of([](ConfigReader& q) { q.choice("b", {"x", "y"}, ""); }).ends_with("must be one of \"x\", \"y\""));
+  CHECK(of([](ConfigReader& q) {
+          q.choice("i", {"x", "y"}, "", "x");
+        }) == "t.toml:3: i = 3: must be one of \"x\", \"y\"");
+  CHECK(of([](ConfigReader& q) { q.number("i.k", kAny, ""); }) == "t.toml:3: i = 3: must be a table: write [i]");
+  CHECK(of([](ConfigReader& q) { q.number("i.k", kAny, "", 1); }) == "t.toml:3: i = 3: must be a table: write [i]");
 }
 
 TEST_CASE("Config: true without quotes is the word of a choice that has it") {
   auto config = config_of("north = true\n");
   auto r = config.reader(0);
   CHECK(r.is_text("north"));
-  CHECK(r.choice("north", {"true", "grid"}) == "true");
-  CHECK(r.choice("north", {"true", "grid"}, "grid") == "true");
+  CHECK(r.choice("north", {"true", "grid"}, "") == "true");
+  CHECK(r.choice("north", {"true", "grid"}, "", "grid") == "true");
 }
 
 TEST_CASE("Config: fallbacks are used only for what is absent") {
@@ -235,14 +239,14 @@ TEST_CASE("Config: fallbacks are used only for what is absent") {
   CHECK_FALSE(r.has("noise.law"));
   CHECK_FALSE(r.has("noise.scale.x"));
   CHECK_FALSE(r.has("field.total_nT"));
-  CHECK(r.number("noise.scale", kAny, 1) == 2);
-  CHECK(r.number("noise.x", kAny, 1) == 1);
-  CHECK(r.integer("noise.n", 0, 9, 5) == 5);
-  CHECK(r.boolean("noise.b", true));
-  CHECK(r.text("noise.t", "u") == "u");
-  CHECK(r.choice("noise.law", {"normal", "laplace"}, "normal") == "normal");
-  CHECK(r.numbers("noise.v", kAny, 2, std::vector<double>{1, 2}) == std::vector<double>{1, 2});
-  CHECK(r.number("noise.x", kAny, 7) == 7);  // asking again does not make it present
+  CHECK(r.number("noise.scale", kAny, "", 1) == 2);
+  CHECK(r.number("noise.x", kAny, "", 1) == 1);
+  CHECK(r.integer("noise.n", 0, 9, "", 5) == 5);
+  CHECK(r.boolean("noise.b", "", true));
+  CHECK(r.text("noise.t", "", "u") == "u");
+  CHECK(r.choice("noise.law", {"normal", "laplace"}, "", "normal") == "normal");
+  CHECK(r.numbers("noise.v", kAny, "", 2, std::vector<double>{1, 2}) == std::vector<double>{1, 2});
+  CHECK(r.number("noise.x", kAny, "", 7) == 7);  // asking again does not make it present
   CHECK_FALSE(r.has("noise.x"));
   r.finish();
 }
@@ -251,26 +255,26 @@ TEST_CASE("Config: lists of numbers") {
   const std::string body = "v = [1, 2.5, -3]\nempty = []\nmixed = [1, 'a']\nx = 1\n";
   auto config = config_of(body);
   auto r = config.reader(0);
-  CHECK(r.numbers("v", kAny) == std::vector<double>{1, 2.5, -3});
-  CHECK(r.numbers("v", kAny, 3, std::vector<double>{0}) == std::vector<double>{1, 2.5, -3});
+  CHECK(r.numbers("v", kAny, "") == std::vector<double>{1, 2.5, -3});
+  CHECK(r.numbers("v", kAny, "", 3, std::vector<double>{0}) == std::vector<double>{1, 2.5, -3});
   const auto of = [&](auto read) { return fault(body, read); };
-  CHECK(of([](ConfigReader& q) { q.numbers("v", kAny, 2); }) == "t.toml:3: v = [1, 2.5, -3]: must have 2 numbers");
-  CHECK(of([](ConfigReader& q) { q.numbers("empty", kAny, 3); }) == "t.toml:4: empty = []: must have 3 numbers");
-  CHECK(of([](ConfigReader& q) { q.numbers("empty", kAny); }) == "t.toml:4: empty = []: must not be empty");
-  CHECK(of([](ConfigReader& q) { q.numbers("v", Range::positive()); }) == "t.toml:3: v[2] = -3: must be > 0");
-  CHECK(of([](ConfigReader& q) { q.numbers("mixed", kAny); }) == "t.toml:5: mixed[1] = \"a\": must be a number");
-  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny, 3); }) == "t.toml:6: x = 1: must be a list of 3 numbers");
-  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny, 1); }) == "t.toml:6: x = 1: must be a list of 1 number");
-  CHECK(of([](ConfigReader& q) { q.numbers("v", kAny, 1); }) == "t.toml:3: v = [1, 2.5, -3]: must have 1 number");
-  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny); }) == "t.toml:6: x = 1: must be a list of numbers");
-  CHECK(of([](ConfigReader& q) { q.numbers("none", kAny); }) == "t.toml: none: missing");
+  CHECK(of([](ConfigReader& q) { q.numbers("v", kAny, "", 2); }) == "t.toml:3: v = [1, 2.5, -3]: must have 2 numbers");
+  CHECK(of([](ConfigReader& q) { q.numbers("empty", kAny, "", 3); }) == "t.toml:4: empty = []: must have 3 numbers");
+  CHECK(of([](ConfigReader& q) { q.numbers("empty", kAny, ""); }) == "t.toml:4: empty = []: must not be empty");
+  CHECK(of([](ConfigReader& q) { q.numbers("v", Range::positive(), ""); }) == "t.toml:3: v[2] = -3: must be > 0");
+  CHECK(of([](ConfigReader& q) { q.numbers("mixed", kAny, ""); }) == "t.toml:5: mixed[1] = \"a\": must be a number");
+  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny, "", 3); }) == "t.toml:6: x = 1: must be a list of 3 numbers");
+  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny, "", 1); }) == "t.toml:6: x = 1: must be a list of 1 number");
+  CHECK(of([](ConfigReader& q) { q.numbers("v", kAny, "", 1); }) == "t.toml:3: v = [1, 2.5, -3]: must have 1 number");
+  CHECK(of([](ConfigReader& q) { q.numbers("x", kAny, ""); }) == "t.toml:6: x = 1: must be a list of numbers");
+  CHECK(of([](ConfigReader& q) { q.numbers("none", kAny, ""); }) == "t.toml: none: missing");
 }
 
 TEST_CASE("Config: grids from a number, a list or steps") {
   const auto grid = [](const std::string& value, const Range& range = {}) {
     auto config = config_of("g = " + value + "\n");
     auto r = config.reader(0);
-    auto x = r.grid("g", range);
+    auto x = r.grid("g", range, "");
     r.finish();
     return x;
   };
@@ -320,17 +324,17 @@ TEST_CASE("Config: strings, lists of strings and tables of numbers") {
       "one = 'a'\nmany = ['a', 'b']\nnone = []\nbad = ['a', 1]\nt = { y = 2, x = 1.5 }\nt2 = { x = 'a' }\n";
   auto config = config_of(body);
   auto r = config.reader(0);
-  CHECK(r.texts("one") == std::vector<std::string>{"a"});
-  CHECK(r.texts("many") == std::vector<std::string>{"a", "b"});
-  CHECK(r.number_table("t", kAny) == std::vector<std::pair<std::string, double>>{{"x", 1.5}, {"y", 2}});
+  CHECK(r.texts("one", "") == std::vector<std::string>{"a"});
+  CHECK(r.texts("many", "") == std::vector<std::string>{"a", "b"});
+  CHECK(r.number_table("t", kAny, "") == std::vector<std::pair<std::string, double>>{{"x", 1.5}, {"y", 2}});
   const auto of = [&](auto read) { return fault(body, read); };
-  CHECK(of([](ConfigReader& q) { q.texts("none"); }) == "t.toml:5: none = []: must not be empty");
-  CHECK(of([](ConfigReader& q) { q.texts("bad"); }) == "t.toml:6: bad[1] = 1: must be a string");
-  CHECK(of([](ConfigReader& q) { q.number_table("t", {.hi = 1}); }) == "t.toml:7: t.x = 1.5: must be <= 1");
-  CHECK(of([](ConfigReader& q) { q.number_table("t2", kAny); }) == "t.toml:8: t2.x = \"a\": must be a number");
-  CHECK(of([](ConfigReader& q) { q.number_table("one", kAny); }) ==
+  CHECK(of([](ConfigReader& q) { q.texts("none", ""); }) == "t.toml:5: none = []: must not be empty");
+  CHECK(of([](ConfigReader& q) { q.texts("bad", ""); }) == "t.toml:6: bad[1] = 1: must be a string");
+  CHECK(of([](ConfigReader& q) { q.number_table("t", {.hi = 1}, ""); }) == "t.toml:7: t.x = 1.5: must be <= 1");
+  CHECK(of([](ConfigReader& q) { q.number_table("t2", kAny, ""); }) == "t.toml:8: t2.x = \"a\": must be a number");
+  CHECK(of([](ConfigReader& q) { q.number_table("one", kAny, ""); }) ==
         "t.toml:3: one = \"a\": must be a table of numbers");
-  CHECK(of([](ConfigReader& q) { q.texts("t"); }) == "t.toml:7: t: must be a string or a list of strings");
+  CHECK(of([](ConfigReader& q) { q.texts("t", ""); }) == "t.toml:7: t: must be a string or a list of strings");
 }
 
 TEST_CASE("Config: rules of the caller name place and value") {
@@ -343,7 +347,7 @@ TEST_CASE("Config: rules of the caller name place and value") {
   CHECK(of([](ConfigReader& r) { r.require(true, "x", "is not allowed"); }).empty());
   CHECK(of([](ConfigReader& r) { r.fail("y", "is needed with x"); }) == "t.toml: y: is needed with x");
   CHECK(of([](ConfigReader& r) {
-          r.number("y", kAny, 2);
+          r.number("y", kAny, "", 2);
           r.fail("y", "must be below x");
         }) == "t.toml: y = 2 (the default): must be below x");
   CHECK(of([](ConfigReader& r) { r.fail("long", "is long"); }) ==
@@ -357,32 +361,32 @@ TEST_CASE("Config: a string where a table is expected is the table's name") {
     auto config = config_of(body);
     auto r = config.reader(0);
     CHECK(r.has("estimator.name"));
-    CHECK(r.text("estimator.name") == "msa");
-    CHECK(r.text("estimator.solver", "newton") == "newton");
+    CHECK(r.text("estimator.name", "") == "msa");
+    CHECK(r.text("estimator.solver", "", "newton") == "newton");
     CHECK_NOTHROW(r.finish());
     auto other = config_of(body);
     auto q = other.reader(0);
-    CHECK(q.text("estimator") == "msa");
-    CHECK(q.texts("estimator") == std::vector<std::string>{"msa"});
+    CHECK(q.text("estimator", "") == "msa");
+    CHECK(q.texts("estimator", "") == std::vector<std::string>{"msa"});
     CHECK_NOTHROW(q.finish());
   }
   // Getters and the caller's rules name the same key.
   const std::string written_out = "[estimator]\nname = 'msa'\n", key = "t.toml:4: estimator.name = \"msa\": ";
-  CHECK(fault(written_out, [](ConfigReader& r) { r.choice("estimator", {"x"}); }) == key + "must be \"x\"");
+  CHECK(fault(written_out, [](ConfigReader& r) { r.choice("estimator", {"x"}, ""); }) == key + "must be \"x\"");
   CHECK(fault(written_out, [](ConfigReader& r) { r.fail("estimator", "is odd"); }) == key + "is odd");
   CHECK(fault(written_out, [](ConfigReader& r) { r.fail("estimator.name", "is odd"); }) == key + "is odd");
   CHECK(fault("[estimator]\nk = 1\n", [](ConfigReader& r) { r.fail("estimator", "is odd"); }) ==
         "t.toml:3: estimator: is odd");
 
-  const auto read = [](ConfigReader& r) { r.choice("estimator.name", {"msa", "wls"}); };
+  const auto read = [](ConfigReader& r) { r.choice("estimator.name", {"msa", "wls"}, ""); };
   CHECK(fault("estimator = 'mas'\n", read) == "t.toml:3: estimator = \"mas\": must be one of \"msa\", \"wls\"");
   CHECK(fault("[estimator]\nname = 'mas'\n", read) ==
         "t.toml:4: estimator.name = \"mas\": must be one of \"msa\", \"wls\"");
   CHECK(fault("estimator = 3\n", read) == "t.toml:3: estimator = 3: must be a table: write [estimator]");
-  CHECK(fault("field = 'x'\n", [](ConfigReader& r) { r.number("field.total_nT", kAny); }) ==
+  CHECK(fault("field = 'x'\n", [](ConfigReader& r) { r.number("field.total_nT", kAny, ""); }) ==
         "t.toml:3: field.total_nT: missing (field is only a name)");
   CHECK(fault("field = 'x'\n", [](ConfigReader& r) {
-          r.number("field.total_nT", kAny, 1);
+          r.number("field.total_nT", kAny, "", 1);
           r.finish();
         }) == "t.toml:3: field = \"x\": must be a table: write [field]");
 }
@@ -393,15 +397,15 @@ namespace {
 
 /// An experiment with a handful of keys, as in the examples of the manual.
 void read_all(ConfigReader& r) {
-  r.integer("trials", 1, INT64_MAX, 100);
-  r.number("field.total_nT", Range::positive(), 50000);
-  r.number("field.dip_deg", Range::closed(-90, 90), 60);
-  r.number("noise.scale", Range::positive(), 1);
-  r.choice("noise.reference.per", {"none", "run"}, "none");
-  r.text("estimator.name", "msa");
-  for (auto& p : r.tables("published")) {
-    p.number("value", kAny);
-    p.number_table("tolerance", kAny);
+  r.integer("trials", 1, INT64_MAX, "", 100);
+  r.number("field.total_nT", Range::positive(), "", 50000);
+  r.number("field.dip_deg", Range::closed(-90, 90), "", 60);
+  r.number("noise.scale", Range::positive(), "", 1);
+  r.choice("noise.reference.per", {"none", "run"}, "", "none");
+  r.text("estimator.name", "", "msa");
+  for (auto& p : r.tables("published", "")) {
+    p.number("value", kAny, "");
+    p.number_table("tolerance", kAny, "");
   }
   r.finish();
 }
@@ -476,7 +480,7 @@ TEST_CASE("Config: keys given by --set or the sweep must be known too") {
 }
 
 TEST_CASE("Config: a missing key mentions what may have been meant") {
-  const auto total = [](ConfigReader& r) { r.number("field.total_nT", kAny); };
+  const auto total = [](ConfigReader& r) { r.number("field.total_nT", kAny, ""); };
   CHECK(fault("", total) == "t.toml: field.total_nT: missing");
   CHECK(fault("[field]\ndip_deg = 3\n", total) == "t.toml: field.total_nT: missing");
   CHECK(fault("[field]\ntotal = 3\n", total) ==
@@ -490,7 +494,7 @@ TEST_CASE("Config: a missing key mentions what may have been meant") {
           total(r);
         }) == "t.toml: field.total_nT: missing");
   CHECK(fault("[[published]]\nvalu = 3\n", [](ConfigReader& r) {
-          r.tables("published").at(0).number("value", kAny);
+          r.tables("published", "").at(0).number("value", kAny, "");
         }) == "t.toml:4: published[0].value: missing (found published[0].valu)");
 }
 
@@ -520,9 +524,9 @@ TEST_CASE("Sweep: the product of the lists, the last key fastest") {
   CHECK(sweep_text(config, 2) == "estimator=msa noise.scale=1 x=1");
   CHECK(sweep_text(config, 7) == "estimator=wls noise.scale=1 x=2");
   auto r = config.reader(6);
-  CHECK(r.text("estimator.name") == "wls");
-  CHECK(r.number("noise.scale", kAny) == 1);
-  CHECK(r.integer("x", 0, 9) == 1);  // integers of a sweep stay integers
+  CHECK(r.text("estimator.name", "") == "wls");
+  CHECK(r.number("noise.scale", kAny, "") == 1);
+  CHECK(r.integer("x", 0, 9, "") == 1);  // integers of a sweep stay integers
   CHECK_NOTHROW(r.finish());
   CHECK(message_of([&] { config.reader(8); }) == "t.toml: point 8: must be in [0, 7]");
   CHECK(message_of([&] { config.sweep_values(8); }) == "t.toml: point 8: must be in [0, 7]");
@@ -537,10 +541,10 @@ TEST_CASE("Sweep: values may be steps, lists and truth values; keys may be writt
   CHECK(sweep_text(config, 0) == "flag=true gain=[1, 1, 1] n=1 noise.scale=0.1");
   CHECK(sweep_text(config, 23) == "flag=false gain=[1.1, 0.95, 1.25] n=3 noise.scale=0.3");
   auto r = config.reader(23);
-  CHECK(r.numbers("gain", kAny, 3) == std::vector<double>{1.1, 0.95, 1.25});
-  CHECK(r.number("noise.scale", kAny) == 0.3);
-  CHECK(r.integer("n", 1, 3) == 3);
-  CHECK_FALSE(r.boolean("flag", true));
+  CHECK(r.numbers("gain", kAny, "", 3) == std::vector<double>{1.1, 0.95, 1.25});
+  CHECK(r.number("noise.scale", kAny, "") == 0.3);
+  CHECK(r.integer("n", 1, 3, "") == 3);
+  CHECK_FALSE(r.boolean("flag", "", true));
   CHECK_NOTHROW(r.finish());
 }
 
@@ -570,15 +574,15 @@ incidence = { from = 0, to = 2, step = 1 }
   CHECK(sweep_text(config, 1) == "case=one noise.scale=2");
   CHECK(sweep_text(config, 5) == "case=three noise.scale=2");
   auto one = config.reader(1), two = config.reader(2), three = config.reader(4);
-  CHECK(one.text("survey.file") == "traj1.csv");
-  CHECK(one.text("survey.toolface_zero") == "x");
+  CHECK(one.text("survey.file", "") == "traj1.csv");
+  CHECK(one.text("survey.toolface_zero", "") == "x");
   CHECK_FALSE(one.has("field.total_nT"));
-  CHECK(two.text("survey.file") == "traj2.csv");
-  CHECK(two.number("field.total_nT", kAny) == 51000);
-  CHECK(two.text("field.reference.per") == "run");
-  CHECK(three.text("survey.file") == "traj0.csv");
-  CHECK(three.text("estimator.name") == "wls");
-  CHECK(three.grid("incidence", kAny) == std::vector<double>{0, 1, 2});
+  CHECK(two.text("survey.file", "") == "traj2.csv");
+  CHECK(two.number("field.total_nT", kAny, "") == 51000);
+  CHECK(two.text("field.reference.per", "") == "run");
+  CHECK(three.text("survey.file", "") == "traj0.csv");
+  CHECK(three.text("estimator.name", "") == "wls");
+  CHECK(three.grid("incidence", kAny, "") == std::vector<double>{0, 1, 2});
 
   // A table in braces replaces the whole table; one with dots sets single keys.
   auto braces =
@@ -586,21 +590,22 @@ incidence = { from = 0, to = 2, step = 1 }
   CHECK_FALSE(braces.reader(0).has("t.b"));
   CHECK(braces.reader(1).has("t.b"));
   auto in_line = config_of("[t]\nb = 2\n[sweep]\ncase = [{ name = 'x', t.a = 5 }, { name = 'y', 't.a' = 6 }]\n");
-  CHECK(in_line.reader(0).number("t.a", kAny) == 5);
-  CHECK(in_line.reader(1).number("t.a", kAny) == 6);
+  CHECK(in_line.reader(0).number("t.a", kAny, "") == 5);
+  CHECK(in_line.reader(1).number("t.a", kAny, "") == 6);
   CHECK(in_line.reader(1).has("t.b"));
 }
 
 TEST_CASE("Sweep: values of a sweep or a case have their own line in messages") {
   auto config = config_of("[noise]\nscale = 1\n[sweep]\n\"noise.scale\" = [1, -1]\n");
   auto r = config.reader(1);
-  CHECK(message_of([&] { r.number("noise.scale", Range::positive()); }) == "t.toml:6: noise.scale = -1: must be > 0");
+  CHECK(message_of([&] { r.number("noise.scale", Range::positive(), ""); }) ==
+        "t.toml:6: noise.scale = -1: must be > 0");
   auto cases = config_of("dip_deg = 3\n[[sweep.case]]\nname = 'a'\n[[sweep.case]]\nname = 'b'\ndip_deg = 95\n");
-  CHECK_NOTHROW(cases.reader(0).number("dip_deg", Range::closed(-90, 90)));
-  CHECK(message_of([&] { cases.reader(1).number("dip_deg", Range::closed(-90, 90)); }) ==
+  CHECK_NOTHROW(cases.reader(0).number("dip_deg", Range::closed(-90, 90), ""));
+  CHECK(message_of([&] { cases.reader(1).number("dip_deg", Range::closed(-90, 90), ""); }) ==
         "t.toml:8: dip_deg = 95: must be in [-90, 90]");
   auto steps = config_of("[sweep]\nx = { from = 0, to = 4, step = 2 }\n");
-  CHECK(message_of([&] { steps.reader(2).number("x", {.hi = 3}); }) == "t.toml:4: x = 4: must be <= 3");
+  CHECK(message_of([&] { steps.reader(2).number("x", {.hi = 3}, ""); }) == "t.toml:4: x = 4: must be <= 3");
 }
 
 TEST_CASE("Sweep: what cannot be a sweep") {
@@ -696,17 +701,17 @@ TEST_CASE("Overrides: values in TOML or a bare word, later ones win") {
                            "date=2020-01-01", "seed=77"});
   CHECK(config.seed() == 77);
   auto r = config.reader(0);
-  CHECK(r.integer("trials", 0, 9) == 8);
-  CHECK(r.number("field.dip_deg", kAny) == -1.5);
-  CHECK(r.number("field.total_nT", kAny) == 50000);
-  CHECK(r.text("survey.file") == "traj 1.csv");
-  CHECK(r.numbers("a.b.c", kAny) == std::vector<double>{1, 2});
-  CHECK(r.number("t.x", kAny) == 1);
-  CHECK(r.boolean("flag", false));
-  CHECK(r.text("quoted") == "1");
-  CHECK(r.number("noise.scale", kAny) == 2);
-  CHECK(r.text("equals") == "a=b");
-  CHECK(r.text("date") == "2020-01-01");
+  CHECK(r.integer("trials", 0, 9, "") == 8);
+  CHECK(r.number("field.dip_deg", kAny, "") == -1.5);
+  CHECK(r.number("field.total_nT", kAny, "") == 50000);
+  CHECK(r.text("survey.file", "") == "traj 1.csv");
+  CHECK(r.numbers("a.b.c", kAny, "") == std::vector<double>{1, 2});
+  CHECK(r.number("t.x", kAny, "") == 1);
+  CHECK(r.boolean("flag", "", false));
+  CHECK(r.text("quoted", "") == "1");
+  CHECK(r.number("noise.scale", kAny, "") == 2);
+  CHECK(r.text("equals", "") == "a=b");
+  CHECK(r.text("date", "") == "2020-01-01");
   CHECK_NOTHROW(r.finish());
 }
 
@@ -719,11 +724,11 @@ TEST_CASE("Overrides: values are checked like those of the file, and the argumen
       read(r);
     });
   };
-  CHECK(of("field.dip_deg=95", [](ConfigReader& r) { r.number("field.dip_deg", Range::closed(-90, 90)); }) ==
+  CHECK(of("field.dip_deg=95", [](ConfigReader& r) { r.number("field.dip_deg", Range::closed(-90, 90), ""); }) ==
         "--set field.dip_deg=95: field.dip_deg = 95: must be in [-90, 90]");
-  CHECK(of("field.dip_deg=12,5", [](ConfigReader& r) { r.number("field.dip_deg", kAny); }) ==
+  CHECK(of("field.dip_deg=12,5", [](ConfigReader& r) { r.number("field.dip_deg", kAny, ""); }) ==
         "--set field.dip_deg=12,5: field.dip_deg = \"12,5\": must be a number");
-  CHECK(of("trials=1e4", [](ConfigReader& r) { r.integer("trials", 1, INT64_MAX); }) ==
+  CHECK(of("trials=1e4", [](ConfigReader& r) { r.integer("trials", 1, INT64_MAX, ""); }) ==
         "--set trials=1e4: trials = 10000.0: must be an integer");
   CHECK(of("seed=-4", [](ConfigReader&) {}) == "--set seed=-4: seed = -4: must be in [0, 9223372036854775807]");
 }
@@ -747,13 +752,13 @@ TEST_CASE("Overrides: arguments that are not KEY=VALUE") {
 TEST_CASE("Overrides: a string names a table, and a named table can get keys") {
   const Overridden plain("estimator = 'msa'\n"), table("[estimator]\nname = 'msa'\nsolver = 'lm'\n");
   auto a = plain.load({"estimator.solver=newton"});
-  CHECK(a.reader(0).text("estimator.name") == "msa");
-  CHECK(a.reader(0).text("estimator.solver") == "newton");
+  CHECK(a.reader(0).text("estimator.name", "") == "msa");
+  CHECK(a.reader(0).text("estimator.solver", "") == "newton");
   auto b = table.load({"estimator=wls"});
-  CHECK(b.reader(0).text("estimator.name") == "wls");
-  CHECK(b.reader(0).text("estimator.solver") == "lm");
+  CHECK(b.reader(0).text("estimator.name", "") == "wls");
+  CHECK(b.reader(0).text("estimator.solver", "") == "lm");
   auto c = table.load({"estimator={ name = 'wls' }"});
-  CHECK(c.reader(0).text("estimator.name") == "wls");
+  CHECK(c.reader(0).text("estimator.name", "") == "wls");
   CHECK_FALSE(c.reader(0).has("estimator.solver"));
 }
 
@@ -767,27 +772,27 @@ TEST_CASE("Overrides: a key that the user fixes is not swept any more") {
   auto scale = file.load({"noise.scale=3"});
   REQUIRE(scale.point_count() == 8);
   CHECK(sweep_text(scale, 0) == "case=a estimator=msa estimator.solver=lm");
-  CHECK(scale.reader(7).number("noise.scale", kAny) == 3);
+  CHECK(scale.reader(7).number("noise.scale", kAny, "") == 3);
 
   for (const std::string argument : {"estimator=wls", "estimator.name=wls"}) {
     auto name = file.load({argument});
     REQUIRE(name.point_count() == 8);
     CHECK(sweep_text(name, 1) == "case=a estimator.solver=lm noise.scale=2");
-    CHECK(name.reader(1).text("estimator.name") == "wls");
-    CHECK(name.reader(1).text("estimator.solver") == "lm");
+    CHECK(name.reader(1).text("estimator.name", "") == "wls");
+    CHECK(name.reader(1).text("estimator.solver", "") == "lm");
   }
   CHECK(file.load({"estimator={ name = 'wls' }"}).point_count() == 4);
 
   auto survey = file.load({"survey.file=c.csv"});
   CHECK(survey.point_count() == 16);
-  CHECK(survey.reader(0).text("survey.file") == "c.csv");
-  CHECK(survey.reader(15).text("survey.file") == "c.csv");
+  CHECK(survey.reader(0).text("survey.file", "") == "c.csv");
+  CHECK(survey.reader(15).text("survey.file", "") == "c.csv");
   CHECK(survey.reader(0).has("x"));
 
   auto inside = file.load({"t.k=5"});  // also where a case sets the whole table
-  CHECK(inside.reader(0).number("t.k", kAny) == 5);
-  CHECK(inside.reader(0).number("t.l", kAny) == 2);
-  CHECK(inside.reader(15).number("t.k", kAny) == 5);
+  CHECK(inside.reader(0).number("t.k", kAny, "") == 5);
+  CHECK(inside.reader(0).number("t.l", kAny, "") == 2);
+  CHECK(inside.reader(15).number("t.k", kAny, "") == 5);
 
   CHECK(file.fault({"noise.scale.x=5"}) == "--set noise.scale.x=5: noise.scale.x = 5: noise.scale is swept as a whole");
   CHECK(file.fault({"x.y=5"}) == "--set x.y=5: x.y = 5: sweep.case sets x as a whole");
@@ -816,27 +821,27 @@ TEST_CASE("Overrides: a list for a swept key") {
 TEST_CASE("tables(): one reader per element") {
   auto config = config_of("[[published]]\nvalue = 1\n[[published]]\nvalue = -2\nnote = 'n'\nin = { deg = 3 }\n");
   auto r = config.reader(0);
-  auto p = r.tables("published");
+  auto p = r.tables("published", "");
   REQUIRE(p.size() == 2);
-  CHECK(p[0].number("value", kAny) == 1);
-  CHECK(p[0].text("note", "none") == "none");
-  CHECK(p[1].text("note") == "n");
-  CHECK(p[1].number("in.deg", kAny) == 3);
-  CHECK(message_of([&] { p[1].number("value", Range::positive()); }) ==
+  CHECK(p[0].number("value", kAny, "") == 1);
+  CHECK(p[0].text("note", "", "none") == "none");
+  CHECK(p[1].text("note", "") == "n");
+  CHECK(p[1].number("in.deg", kAny, "") == 3);
+  CHECK(message_of([&] { p[1].number("value", Range::positive(), ""); }) ==
         "t.toml:6: published[1].value = -2: must be > 0");
-  CHECK(message_of([&] { p[0].number("sd", kAny); }) == "t.toml:3: published[0].sd: missing");
-  CHECK(message_of([&] { p[1].text("source"); }) == "t.toml:5: published[1].source: missing");
+  CHECK(message_of([&] { p[0].number("sd", kAny, ""); }) == "t.toml:3: published[0].sd: missing");
+  CHECK(message_of([&] { p[1].text("source", ""); }) == "t.toml:5: published[1].source: missing");
   CHECK(message_of([&] { p[1].fail("source", "is needed"); }) == "t.toml:5: published[1].source: is needed");
   CHECK(message_of([&] { p[1].fail("value", "is odd"); }) == "t.toml:6: published[1].value = -2: is odd");
   CHECK_NOTHROW(p[0].finish());
   CHECK_NOTHROW(r.finish());
-  CHECK(r.tables("absent").empty());
-  CHECK(fault("p = 3\n", [](ConfigReader& q) { q.tables("p"); }) ==
+  CHECK(r.tables("absent", "").empty());
+  CHECK(fault("p = 3\n", [](ConfigReader& q) { q.tables("p", ""); }) ==
         "t.toml:3: p = 3: must be an array of tables: write [[p]]");
-  CHECK(fault("[p]\nx = 1\n", [](ConfigReader& q) { q.tables("p"); }) ==
+  CHECK(fault("[p]\nx = 1\n", [](ConfigReader& q) { q.tables("p", ""); }) ==
         "t.toml:3: p: must be an array of tables: write [[p]]");
   CHECK(fault("[[p]]\nx = 1\n", [](ConfigReader& q) { q.finish(); }) == "t.toml:3: p: unknown key");
-  CHECK(fault("[[p]]\nx = 1\n", [](ConfigReader& q) { q.number("p.x", kAny, 3); }) ==
+  CHECK(fault("[[p]]\nx = 1\n", [](ConfigReader& q) { q.number("p.x", kAny, "", 3); }) ==
         "t.toml:3: p: must be a table: write [p]");
 }
 
@@ -856,9 +861,9 @@ extra = 1
   const auto matches = [&](const std::string& at, std::size_t point) {
     auto config = config_of(body + "[[published]]\nvalue = 1\nat = " + at + "\n");
     auto r = config.reader(point);
-    r.text("estimator.name");
-    r.text("method", "chi");
-    auto p = r.tables("published");
+    r.text("estimator.name", "");
+    r.text("method", "", "chi");
+    auto p = r.tables("published", "");
     return p.at(0).matches_point("at");
   };
   // Points: case slowest, then field.dip_deg, then gain.
@@ -886,7 +891,7 @@ extra = 1
 
   auto plain = config_of("x = 1\n[[published]]\nv = 1\n[[published]]\nat = { case = 'a' }\n");
   auto r = plain.reader(0);
-  auto p = r.tables("published");
+  auto p = r.tables("published", "");
   CHECK(p.at(0).matches_point("at"));  // no `at`: for every point
   CHECK(message_of([&] { p.at(1).matches_point("at"); }) == "t.toml:7: published[1].at: case: unknown key");
 }
@@ -897,8 +902,8 @@ TEST_CASE("matches_point(): the default of a name is a value") {
     const auto matches = [&](const std::string& at) {
       auto config = config_of(body + "[[published]]\nat = " + at + "\n");
       auto r = config.reader(0);
-      r.text("estimator.name", "msa");
-      return r.tables("published").at(0).matches_point("at");
+      r.text("estimator.name", "", "msa");
+      return r.tables("published", "").at(0).matches_point("at");
     };
     CHECK(matches("{ estimator = 'msa' }"));
     CHECK(matches("{ 'estimator.name' = 'msa' }"));
@@ -912,10 +917,10 @@ TEST_CASE("matches_point(): elements for other points are not checked, unless th
     return message_of([&] {
       auto config = config_of(body);
       auto r = config.reader(point);
-      r.number("x", kAny);
-      for (auto& p : r.tables("published")) {
-        if (first) p.number("value", kAny);
-        if (p.matches_point("at")) p.number("value", kAny);
+      r.number("x", kAny, "");
+      for (auto& p : r.tables("published", "")) {
+        if (first) p.number("value", kAny, "");
+        if (p.matches_point("at")) p.number("value", kAny, "");
       }
       r.finish();
     });
@@ -938,15 +943,15 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
                                      "'bad.csv'\nempty = ''\nnumber = 3\nfolder = '../data'\n[sweep]\nx = [1, 2]\n");
   auto config = Config::load(file, {});
   auto r = config.reader(0);
-  const InputTable t = r.csv("survey.file");
+  const InputTable t = r.csv("survey.file", "");
   CHECK(t.path == "traj.csv");
   CHECK(t.names == std::vector<std::string>{"md_m", "inclination_deg"});
   CHECK(t.columns[1] == std::vector<double>{0, 1.5});
-  CHECK(r.csv("b").path == "../data/b.csv");
-  CHECK(r.csv("c").path == absolute);
+  CHECK(r.csv("b", "").path == "../data/b.csv");
+  CHECK(r.csv("c", "").path == absolute);
 
   fs::remove(folder.path / "configs/traj.csv");  // the second point must not need it
-  CHECK(config.reader(1).csv("survey.file").rows() == 2);
+  CHECK(config.reader(1).csv("survey.file", "").rows() == 2);
   const auto inputs = config.inputs();
   REQUIRE(inputs.size() == 3);
   CHECK(inputs[0].path == "../data/b.csv");
@@ -954,17 +959,17 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
   CHECK(inputs[2].rows() == 2);
 
   const std::string place = file.string(), looked = (folder.path / "configs/traj9.csv").string();
-  CHECK(message_of([&] { r.csv("survey.none"); }) ==
+  CHECK(message_of([&] { r.csv("survey.none", ""); }) ==
         place + ":7: survey.none = \"traj9.csv\": cannot be read: No such file or directory (looked for " + looked +
             ")");
-  CHECK(message_of([&] { r.csv("survey.bad"); }) == "bad.csv:2: md_m = \"abc\": must be a number");
-  CHECK(message_of([&] { r.csv("survey.empty"); }) == place + ":9: survey.empty = \"\": must name a file");
-  CHECK(message_of([&] { r.csv("survey.number"); }) ==
+  CHECK(message_of([&] { r.csv("survey.bad", ""); }) == "bad.csv:2: md_m = \"abc\": must be a number");
+  CHECK(message_of([&] { r.csv("survey.empty", ""); }) == place + ":9: survey.empty = \"\": must name a file");
+  CHECK(message_of([&] { r.csv("survey.number", ""); }) ==
         place + ":10: survey.number = 3: must be a string: the name of a file");
-  CHECK(message_of([&] { r.csv("survey.folder"); }) ==
+  CHECK(message_of([&] { r.csv("survey.folder", ""); }) ==
         place + ":11: survey.folder = \"../data\": cannot be read: it is a folder (looked for " +
             (folder.path / "configs/../data").string() + ")");
-  CHECK(message_of([&] { r.csv("survey.absent"); }) == place + ": survey.absent: missing");
+  CHECK(message_of([&] { r.csv("survey.absent", ""); }) == place + ": survey.absent: missing");
   CHECK(config.inputs().size() == 3);
 }
 
@@ -974,7 +979,7 @@ TEST_CASE("csv(): a config beside the working folder is named as given") {
   const auto before = fs::current_path();
   fs::current_path(folder.path);
   auto config = Config::load("configs/thesis.toml", {});
-  const auto message = message_of([&] { config.reader(0).csv("survey.file"); });
+  const auto message = message_of([&] { config.reader(0).csv("survey.file", ""); });
   fs::current_path(before);
   CHECK(message ==
         "configs/thesis.toml:5: survey.file = \"traj9.csv\": cannot be read: No such file or directory (looked for "
@@ -984,9 +989,9 @@ TEST_CASE("csv(): a config beside the working folder is named as given") {
 TEST_CASE("csv(): a stored config has its files with it") {
   auto config = config_of("a = 'traj.csv'\nb = 'other.csv'\n", {{"traj.csv", {"x"}, {{1, 2}}, {2, 3}}});
   CHECK(config.inputs().empty());
-  CHECK(config.reader(0).csv("a").columns == std::vector<std::vector<double>>{{1, 2}});
+  CHECK(config.reader(0).csv("a", "").columns == std::vector<std::vector<double>>{{1, 2}});
   CHECK(config.inputs().size() == 1);
-  CHECK(message_of([&] { config.reader(0).csv("b"); }) ==
+  CHECK(message_of([&] { config.reader(0).csv("b", ""); }) ==
         "t.toml:4: b = \"other.csv\": is not among the files stored with this config");
 }
 
@@ -1034,15 +1039,15 @@ grid = { from = 0, to = 1.0, step = 1 }
 )");
   for (std::size_t i = 0; i < config.point_count(); ++i) {
     auto r = config.reader(i);
-    r.text("estimator.name");
-    r.text("estimator.solver", "lm");
-    r.number("field.dip_deg", kAny, 60);
-    r.integer("trials", 1, 1000, 10);
-    r.number("survey.step_m", kAny, static_cast<double>(i));  // differs between points: not resolved
-    if (i == 2) r.number("field.rare", kAny, 1);              // only one point asks: not resolved
-    r.text("note", "");                                       // absent
-    r.number("limit", Range::positive(), -1);                 // absent
-    for (auto& p : r.tables("published")) p.number("sd", kAny, 0.5);
+    r.text("estimator.name", "");
+    r.text("estimator.solver", "", "lm");
+    r.number("field.dip_deg", kAny, "", 60);
+    r.integer("trials", 1, 1000, "", 10);
+    r.number("survey.step_m", kAny, "", static_cast<double>(i));  // differs between points: not resolved
+    if (i == 2) r.number("field.rare", kAny, "", 1);              // only one point asks: not resolved
+    r.text("note", "", "");                                       // absent
+    r.number("limit", Range::positive(), "", -1);                 // absent
+    for (auto& p : r.tables("published", "")) p.number("sd", kAny, "", 0.5);
   }
   CHECK(config.resolved_text() == R"(alpha = [0.1, 1e-300, 1e+22, 3, -0.0, 100000.0]
 experiment = "test"
@@ -1085,18 +1090,18 @@ TEST_CASE("Resolved config: defaults that are swept, or that has() would see, ar
   auto config = config_of("[[sweep.case]]\nname = 'a'\nx = 1\n[[sweep.case]]\nname = 'b'\n");
   for (std::size_t i = 0; i < 2; ++i) {
     auto r = config.reader(i);
-    r.number("x", kAny, 1);
-    if (!r.has("reference")) r.number("reference.total_nT", kAny, 5);
+    r.number("x", kAny, "", 1);
+    if (!r.has("reference")) r.number("reference.total_nT", kAny, "", 5);
     r.has("y");
-    r.number("y", kAny, 2);
-    r.number("z", kAny, 3);
+    r.number("y", kAny, "", 2);
+    r.number("z", kAny, "", 3);
   }
   CHECK(config.resolved_text() ==
         "experiment = \"test\"\nseed = 1\nz = 3.0\n\n[[sweep.case]]\nname = \"a\"\nx = 1\n\n[[sweep.case]]\nname = "
         "\"b\"\n");
 
   auto part = config_of("[sweep]\nx = [1, 2]\n");  // a point that was not read may not know the key
-  part.reader(0).number("z", kAny, 3);
+  part.reader(0).number("z", kAny, "", 3);
   CHECK(part.resolved_text().find("z = ") == std::string::npos);
 }
 
@@ -1105,18 +1110,18 @@ namespace {
 void read_for_round_trip(Config& config) {
   for (std::size_t i = 0; i < config.point_count(); ++i) {
     auto r = config.reader(i);
-    r.text("estimator.name", "msa");
-    r.number("noise.scale", kAny, 1);
-    r.number("field.total_nT", kAny);
-    r.number("field.dip_deg", kAny, 0.1 + 0.2);
-    r.choice("noise.reference.per", {"none", "run"}, "none");
-    r.integer("trials", 1, 100, 10);
-    r.csv("survey.file");
-    if (r.text("estimator.name", "msa") == "msa") r.number("estimator.tolerance", kAny, 1e-9);
-    if (r.has("gain")) r.numbers("gain", kAny, 3);
-    for (auto& p : r.tables("published")) {
-      p.number("value", kAny);
-      p.text("note", "measured");
+    r.text("estimator.name", "", "msa");
+    r.number("noise.scale", kAny, "", 1);
+    r.number("field.total_nT", kAny, "");
+    r.number("field.dip_deg", kAny, "", 0.1 + 0.2);
+    r.choice("noise.reference.per", {"none", "run"}, "", "none");
+    r.integer("trials", 1, 100, "", 10);
+    r.csv("survey.file", "");
+    if (r.text("estimator.name", "", "msa") == "msa") r.number("estimator.tolerance", kAny, "", 1e-9);
+    if (r.has("gain")) r.numbers("gain", kAny, "", 3);
+    for (auto& p : r.tables("published", "")) {
+      p.number("value", kAny, "");
+      p.text("note", "", "measured");
       p.matches_point("at");
     }
     r.finish();
@@ -1153,8 +1158,8 @@ TEST_CASE("Resolved config: reads back to the same points, text and hash") {
     CHECK(again.resolved_text() == text);
     CHECK(again.hash() == config.hash());
     auto a = config.reader(0), b = again.reader(0);
-    CHECK(a.number("field.total_nT", kAny) == b.number("field.total_nT", kAny));
-    CHECK(b.number("field.dip_deg", kAny) == 72.5);
+    CHECK(a.number("field.total_nT", kAny, "") == b.number("field.total_nT", kAny, ""));
+    CHECK(b.number("field.dip_deg", kAny, "") == 72.5);
   }
 }
 
@@ -1164,9 +1169,9 @@ TEST_CASE("Hash: of what a run depends on, not of how it is written") {
     folder.write("sub/" + name, csv);
     auto config = Config::load(folder.write("sub/t.toml", kHead + "file = '" + name + "'\n" + body), {});
     auto r = config.reader(0);
-    r.text("estimator.name", "msa");
-    r.csv("file");
-    r.number("x", kAny, 1);
+    r.text("estimator.name", "", "msa");
+    r.csv("file", "");
+    r.number("x", kAny, "", 1);
     r.finish();
     return config.hash();
   };
@@ -1190,5 +1195,5 @@ TEST_CASE("A reader may outlive its config") {
     auto moved = std::move(config);
     readers.push_back(moved.reader(0));
   }
-  CHECK(readers[0].number("x", kAny) == 3);
+  CHECK(readers[0].number("x", kAny, "") == 3);
 }

@@ -16,7 +16,7 @@ namespace {
 error_model::Model read(const std::string& text) {
   Config config = Config::from_text("experiment = 'x'\nseed = 1\nmodel = 'tool.toml'\n", "c.toml", {},
                                     {{"tool.toml", text}, {"functions.toml", ""}});
-  return *read_error_models(config.reader(0).toml("model"), "tool").back();
+  return *read_error_models(config.reader(0).toml("model", ""), "tool").back();
 }
 
 std::string term(const std::string& code, const std::string& rest) {
@@ -111,7 +111,7 @@ TEST_CASE("A whole catalogue read as a file gives what its models give one by on
     Config config = Config::from_text(
         "experiment = 'x'\nmodel = 'all.toml'\n", "c.toml", {},
         {{"all.toml", m.text}, {"functions.toml", test::project_file("configs/error_models/functions.toml")}});
-    for (const SharedModel& model : read_error_models(config.reader(0).toml("model"), m.path)) {
+    for (const SharedModel& model : read_error_models(config.reader(0).toml("model", ""), m.path)) {
       const ShippedModel* found = find_shipped_model(m.path + "/" + model->name);
       REQUIRE(found != nullptr);
       CHECK(model_text(*load_shipped_model(*found)) == model_text(*model));
@@ -223,7 +223,7 @@ TEST_CASE("Functions of a file go before the shipped ones, and a file of functio
        {"tools/formulas.toml",
         "[[function]]\nname = 'OWN'\ninclination = 'Cos(Inc)'\n[[function]]\nname = 'AZ'\nazimuth = '3'\n"}});
   ConfigReader reader = config.reader(0);
-  const SharedModel m = read_error_models(reader.toml("model"), "mine").back();
+  const SharedModel m = read_error_models(reader.toml("model", ""), "mine").back();
   CHECK(m->terms[0].function->azimuth.text == "2");
   CHECK(m->terms[1].function->inclination.text == "Cos(Inc)");
   CHECK(m->terms[2].function == shipped_functions().at("SAG"));
@@ -238,7 +238,7 @@ TEST_CASE("Terms that are inherited act by the functions of the file, whether sh
          s = s->extends.empty() ? nullptr : find_shipped_model(s->extends))
       files.push_back(shipped_document(*s));
     Config config = Config::from_text("experiment = 'x'\nmodel = 'mine.toml'\n", "c.toml", {}, files);
-    return *read_error_models(config.reader(0).toml("model"), "mine").back();
+    return *read_error_models(config.reader(0).toml("model", ""), "mine").back();
   };
   const auto read = [&](const std::string& text) { return read_files({{"mine.toml", text}}); };
   const auto term_of = [](const error_model::Model& m, const std::string& code) {

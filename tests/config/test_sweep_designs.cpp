@@ -76,7 +76,7 @@ TEST_CASE("Designs: ranges by count, linear and logarithmic, and of many values"
   CHECK(point_text(c, 22) == "a=10 b=0");
   CHECK(point_text(c, 54) == "a=100 b=1");
   auto whole = swept("[sweep]\nn = { from = 2, to = 10, count = 3 }\n");
-  CHECK(whole.reader(1).integer("n", 0, 9) == 6);
+  CHECK(whole.reader(1).integer("n", 0, 9, "") == 6);
   // 2^40 points: no list of them is made
   const Config large =
       swept("[sweep]\na = { from = 0, to = 1048575, step = 1 }\nb = { from = 0, to = 1, count = 1048576 }\n");
@@ -150,7 +150,7 @@ TEST_CASE("Designs: ranges that are none") {
   CHECK(x("from = 1, to = 2, count = 1") == "t.toml:4: sweep.x.count = 1: must be above 1, as from and to differ");
   CHECK(x("from = 1, to = 2, count = 2.0") == "t.toml:4: sweep.x.count = 2.0: must be an integer");
   CHECK(x("from = -1, to = 2, count = 3, scale = 'log'") ==
-        "t.toml:4: sweep.x.from = -1: must be > 0: the logarithm goes through no number at or below 0");
+        "t.toml:4: sweep.x.from = -1: must be > 0 on a logarithmic axis");
   CHECK(x("from = 1, to = 2, count = 3, scale = 'ln'") == "t.toml:4: sweep.x.scale = \"ln\": must be linear or log");
   CHECK(x("from = 1, to = 2, count = 3, step = 1") == "t.toml:4: sweep.x.step = 1: count and scale go without it");
   CHECK(x("from = 1, to = 2, step = 0") == "t.toml:4: sweep.x.step = 0: must not be 0");
@@ -167,9 +167,9 @@ TEST_CASE("Designs: points in a table") {
   CHECK(point_text(c, 0) == "estimator=msa n=1 noise.scale=0.5");
   CHECK(point_text(c, 1) == "estimator=wls, a n=2 noise.scale=1.5");
   auto r = c.reader(2);
-  CHECK(r.number("noise.scale", Range::positive()) == 2);
-  CHECK(r.integer("n", 0, 9) == 3);
-  CHECK(r.text("estimator") == "x");
+  CHECK(r.number("noise.scale", Range::positive(), "") == 2);
+  CHECK(r.integer("n", 0, 9, "") == 3);
+  CHECK(r.text("estimator", "") == "x");
   CHECK_NOTHROW(r.finish());
   CHECK(c.input_texts().at(0).path == "points.csv");  // it is stored in the result
   // Its contents are part of the hash.
@@ -224,8 +224,8 @@ TEST_CASE("Tables of points may have the empty cells that spreadsheets write") {
   REQUIRE(c.point_count() == 2);
   CHECK(point_text(c, 0) == "a.b=1 n=2");
   Config loaded = folder.load("north\ntrue\ngrid\n");
-  CHECK(loaded.reader(0).choice("north", {"true", "grid"}) == "true");
-  CHECK(Config::load(folder.path / "t.toml", {"word=true"}).reader(0).choice("word", {"true", "grid"}) == "true");
+  CHECK(loaded.reader(0).choice("north", {"true", "grid"}, "") == "true");
+  CHECK(Config::load(folder.path / "t.toml", {"word=true"}).reader(0).choice("word", {"true", "grid"}, "") == "true");
   CHECK(folder.refused("a.b,n\n1,\n").find("points.csv:2: n: the cell is missing") != std::string::npos);
   CHECK(folder.refused("a.b,n\n1,2,3\n").find("has 3 cells, but there are 2 columns") != std::string::npos);
 }

@@ -26,13 +26,13 @@ std::vector<std::string> overrides_in(std::string_view text) {
 
 /// Every getter on keys that the corpus has; each may refuse what it sees.
 void read_point(config::ConfigReader in) {
-  is_accepted([&] { in.integer("trials", 1, 1'000'000, 1000); });
-  is_accepted([&] { in.number("field.dip_deg", config::Range::closed(-90, 90), 60); });
-  is_accepted([&] { in.number("noise.scale", config::Range::positive(), 1); });
-  is_accepted([&] { in.boolean("antithetic", false); });
-  is_accepted([&] { in.choice("estimator", {"msa", "wls"}, "msa"); });
-  is_accepted([&] { in.text("survey.file", "survey.csv"); });
-  is_accepted([&] { in.numbers("list", config::Range::non_negative()); });
+  is_accepted([&] { in.integer("trials", 1, 1'000'000, "", 1000); });
+  is_accepted([&] { in.number("field.dip_deg", config::Range::closed(-90, 90), "", 60); });
+  is_accepted([&] { in.number("noise.scale", config::Range::positive(), "", 1); });
+  is_accepted([&] { in.boolean("antithetic", "", false); });
+  is_accepted([&] { in.choice("estimator", {"msa", "wls"}, "", "msa"); });
+  is_accepted([&] { in.text("survey.file", "", "survey.csv"); });
+  is_accepted([&] { in.numbers("list", config::Range::non_negative(), ""); });
   is_accepted([&] { in.finish(); });
 }
 

@@ -27,9 +27,9 @@ RunPlan run_of(const std::string& sweep) {
   const Experiment experiment = {random::StudyId::none, "", "",
                                  [](config::ConfigReader& c, random::StudySeed) -> std::unique_ptr<PointPlan> {
                                    ++g_asked;
-                                   const double a = c.number("a", config::Range::non_negative(), 1),
-                                                b = c.number("b", config::Range::non_negative(), 1),
-                                                more = c.number("c", config::Range::closed(-1, 1e9), 0);
+                                   const double a = c.number("a", config::Range::non_negative(), "", 1),
+                                                b = c.number("b", config::Range::non_negative(), "", 1),
+                                                more = c.number("c", config::Range::closed(-1, 1e9), "", 0);
                                    c.require(more >= 0, "c", "must not be -1");
                                    c.finish();
                                    return std::make_unique<Costly>(a * b + more);

@@ -85,8 +85,8 @@ Experiment counted() {
           [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
             ++g_read;
             Scenario s{seed, 0, 0, {}};
-            s.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000));
-            s.number = static_cast<std::size_t>(c.integer("number", 0, kPoints - 1));
+            s.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000, ""));
+            s.number = static_cast<std::size_t>(c.integer("number", 0, kPoints - 1, ""));
             s.place = c.place("number");
             c.finish();
             return std::make_unique<CountedPlan>(std::move(s));
@@ -255,8 +255,8 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
   const Experiment failing = {
       random::StudyId::none, "", "", [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
         ++g_read;
-        c.integer("trials", 0, 1'000'000);
-        const auto other = static_cast<std::uint64_t>(c.integer("other", 0, 1'000'000));
+        c.integer("trials", 0, 1'000'000, "");
+        const auto other = static_cast<std::uint64_t>(c.integer("other", 0, 1'000'000, ""));
         c.require(other != 2 && other != 5, "other", "must not be 2 or 5");
         c.finish();
         return std::make_unique<CountedPlan>(Scenario{seed, other == 4 ? 13u : 4u, other % kPoints, c.place("other")});
@@ -286,8 +286,8 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
 TEST_CASE("A large sweep with invalid points among those that are tried runs in one go as in parts") {
   const Experiment failing = {
       random::StudyId::none, "", "", [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
-        c.integer("trials", 0, 1'000'000);
-        const auto other = static_cast<std::uint64_t>(c.integer("other", 3, 1'000'000));
+        c.integer("trials", 0, 1'000'000, "");
+        const auto other = static_cast<std::uint64_t>(c.integer("other", 3, 1'000'000, ""));
         c.finish();
         return std::make_unique<CountedPlan>(Scenario{seed, 4, other % kPoints, c.place("other")});
       }};

@@ -135,5 +135,5 @@ TEST_CASE("What cannot be refined is named") {
   CHECK(fault("cell = 0.02", "axes = ['z']") == "t.h5:3: refine.axes: z is no numeric key of the sweep");
   CHECK(fault("cell = 0.02", "sell = 1") == "t.h5:6: refine.sell: unknown key: did you mean refine.cell?");
   CHECK(fault("[refine]\nquantity = 't.value'\nlevel = 0.5\ncell = 0.02\n", "") ==
-        "t.h5: refine: missing: the config says in [refine] what boundary to follow");
+        "t.h5: refine: missing table [refine], which names the boundary to follow");
 }
