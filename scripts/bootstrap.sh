@@ -7,7 +7,7 @@
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
 
-packages=(clang-19 lld-19 g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev
+packages=(clang-19 libomp-19-dev lld-19 g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev
   libcli11-dev libtomlplusplus-dev libboost-dev libgeographiclib-dev libxxhash-dev libbenchmark-dev
   python3 python3-numpy python3-h5py python3-matplotlib python3-xxhash)
 for part in "$@"; do

@@ -9,14 +9,13 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <future>
 #include <memory>
 #include <utility>
 
 #include "base/error.h"
 #include "compare/annotations.h"
 #include "config/meanings.h"
-#include "montecarlo/blocks.h"
+#include "montecarlo/threads.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
 #include "scenario/scenario.h"
@@ -135,33 +134,37 @@ Scenario read_scenario(config::ConfigReader& c) {
   return s;
 }
 
-/// Tables of many stations and sources. Threads of their own make the one that fills much memory, and then the one
-/// behind it, while the tables before them are made and written.
-struct Meanwhile {
-  std::shared_future<store::Table> by_source, ellipsoid;
-};
-
 class PositionCovariance final : public study::StudyPoint {
  public:
   explicit PositionCovariance(Scenario scenario) : scenario_(std::make_shared<const Scenario>(std::move(scenario))) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
     const Scenario& s = *scenario_;
-    const bool is_shared = is_worth_a_thread(options);
     // Two tables take as long as the covariances themselves: a station is done when it is in all three.
     enum Stage { covariances, first_table, second_table };
-    const auto at_station = [&options, n = s.survey.stations.size(), stages = is_shared ? 2u : 3u](Stage stage) {
-      return [&options, n, stage, stages](std::size_t done) {
+    const auto at_station = [&options, n = s.survey.stations.size()](Stage stage) {
+      constexpr std::size_t kStages = 3;
+      return [&options, n, stage](std::size_t done) {
         if (stage != covariances && done % kLook != 0 && done != n) return;
         look(options.stop);
-        if (options.progress) options.progress((stage * n + done) / stages, n);
+        if (options.progress) options.progress((stage * n + done) / kStages, n);
       };
     };
-    Meanwhile meanwhile;
-    if (is_shared) meanwhile.by_source = by_source_meanwhile(options.stop);
-    propagate::ToolCovariances result =
-        covariances_of(s, is_shared ? propagate::SourceDetail::none : s.detail, at_station(covariances));
-    if (is_shared) meanwhile.ellipsoid = ellipsoid_meanwhile(meanwhile.by_source, result.total, options.stop);
+    propagate::ToolCovariances result;
+    store::Table by_source;
+    // A long table is made beside the covariances, by another thread.
+    const bool is_apart = is_long(s) && s.published.empty();
+    const auto own_part = [&](int share) {
+      if (share == 0) {
+        result = covariances_of(s, is_apart ? propagate::SourceDetail::none : s.detail, at_station(covariances));
+      } else {
+        propagate::ToolCovariances all = covariances_of(s, s.detail, [&options](std::size_t) { look(options.stop); });
+        by_source = covariance_by_source_table(s.survey, all, s.detail);
+      }
+      return false;
+    };
+    montecarlo::in_threads(
+        is_apart ? 2 : 1, [] { return false; }, own_part);
     std::vector<propagate::Validity> validity = s.validity;
     for (const propagate::NonFiniteTerm& term : result.non_finite)
       validity.push_back(propagate::validity_of(term, s.tools.runs));
@@ -172,14 +175,9 @@ class PositionCovariance final : public study::StudyPoint {
       return t;
     };
     r.tables.push_back(of_stations(covariance_table(s.survey, result, at_station(first_table))));
-    if (is_shared) {
-      r.tables.push_back(covariance_by_source_table(s.survey, result.sources, meanwhile.by_source));
-      r.tables.push_back(later_table(ellipsoid_columns(result), s.survey.stations.size(), meanwhile.ellipsoid));
-    } else {
-      if (s.detail != propagate::SourceDetail::none)
-        r.tables.push_back(covariance_by_source_table(s.survey, result, s.detail));
-      r.tables.push_back(of_stations(ellipsoid_table(s.survey, s.tvd, result.total, at_station(second_table))));
-    }
+    if (s.detail != propagate::SourceDetail::none)
+      r.tables.push_back(is_apart ? std::move(by_source) : covariance_by_source_table(s.survey, result, s.detail));
+    r.tables.push_back(of_stations(ellipsoid_table(s.survey, s.tvd, result.total, at_station(second_table))));
     r.tables.push_back(tool_codes_table(s.tools));
     if (!s.last_only) r.tables.push_back(error_terms_table(s.tools));
     r.tables.push_back(scenario::validity_table(s.survey, s.tools, validity));
@@ -205,49 +203,10 @@ class PositionCovariance final : public study::StudyPoint {
                                        at_station);
   }
 
-  /// Tables that are long are not held anyway. Published values are compared before anything is written.
-  bool is_worth_a_thread(const montecarlo::RunOptions& options) const {
-    const Scenario& s = *scenario_;
+  static bool is_long(const Scenario& s) {
     std::size_t terms = 0;  // sources, or more
     for (const propagate::ToolRun& run : s.tools.runs) terms += run.model->terms.size();
-    const int threads = options.threads > 0 ? options.threads : montecarlo::available_threads();
-    return threads > 1 && s.detail == propagate::SourceDetail::all && s.published.empty() &&
-           s.survey.stations.size() * terms > store::kMostHeldRows;
-  }
-
-  /// Where the system starts no thread, this is done when it is asked for.
-  static constexpr std::launch kPolicy = std::launch::async | std::launch::deferred;
-
-  std::shared_future<store::Table> by_source_meanwhile(const std::atomic<bool>* stop) const {
-    return std::async(kPolicy,
-                      [s = scenario_, stop] {
-                        constexpr auto kAll = propagate::SourceDetail::all;
-                        propagate::ToolCovariances result =
-                            covariances_of(*s, kAll, [stop](std::size_t) { look(stop); });
-                        return covariance_by_source_table(s->survey, result, kAll);
-                      })
-        .share();
-  }
-
-  /// Made behind `before`, which is written before it.
-  std::shared_future<store::Table> ellipsoid_meanwhile(std::shared_future<store::Table> before,
-                                                       const std::vector<Eigen::Matrix3d>& covariances,
-                                                       const std::atomic<bool>* stop) const {
-    return std::async(kPolicy,
-                      [s = scenario_, before = std::move(before), covariances, stop] {
-                        before.wait();
-                        return ellipsoid_table(s->survey, s->tvd, covariances, [stop](std::size_t done) {
-                          if (done % kLook == 0) look(stop);
-                        });
-                      })
-        .share();
-  }
-
-  /// The table with the first stations alone.
-  store::Table ellipsoid_columns(const propagate::ToolCovariances& result) const {
-    survey::Survey begin;
-    begin.stations.assign(scenario_->survey.stations.begin(), scenario_->survey.stations.begin() + 2);
-    return ellipsoid_table(begin, scenario_->tvd, result.total, [](std::size_t) {});
+    return s.detail == propagate::SourceDetail::all && s.survey.stations.size() * terms > store::kMostHeldRows;
   }
 
   std::shared_ptr<const Scenario> scenario_;  ///< tables that are made later have it, too

@@ -131,22 +131,6 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
   return t;
 }
 
-store::Table covariance_by_source_table(const survey::Survey& survey, const std::vector<std::string>& sources,
-                                        const std::shared_future<store::Table>& made) {
-  const std::size_t rows = survey.stations.size() * sources.size();
-  store::Table t = by_source_columns(survey, sources, rows, true);
-  for (std::size_t c = 2; c < t.columns.size(); ++c)  // depths and sources are known
-    t.columns[c].on_disk = std::make_shared<store::LaterValues>(rows, made, c);
-  return t;
-}
-
-store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made) {
-  store::Table t = store::rows_of(columns, 0, 0);
-  for (std::size_t c = 0; c < t.columns.size(); ++c)
-    t.columns[c].on_disk = std::make_shared<store::LaterValues>(rows, made, c);
-  return t;
-}
-
 store::Table tool_codes_table(const scenario::ToolRuns& tools) {
   compare::TableRows t("tool_codes", "the error models of the survey legs");
   for (std::size_t l = 0; l < tools.runs.size(); ++l) {

@@ -2,7 +2,6 @@
 /// Tables of the study position_covariance (docs/results-format.md).
 #include <cstddef>
 #include <functional>
-#include <future>
 #include <string>
 #include <vector>
 
@@ -32,11 +31,6 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
 /// One row a station and source; of the last station alone for SourceDetail::last. Takes `by_source` out of the result.
 store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
                                         propagate::SourceDetail detail);
-/// The same of all stations, while it is being made.
-store::Table covariance_by_source_table(const survey::Survey& survey, const std::vector<std::string>& sources,
-                                        const std::shared_future<store::Table>& made);
-/// A table of so many rows that is still being made: `columns` has none of its rows.
-store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made);
 /// One row a leg: its model and where that holds.
 store::Table tool_codes_table(const scenario::ToolRuns& tools);
 /// One row a leg and term: the models as they were used.

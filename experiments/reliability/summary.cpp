@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "montecarlo/block_queue.h"
+#include "montecarlo/threads.h"
 #include "stats/order_statistics.h"
 #include "stats/size_counts.h"
 
@@ -26,8 +27,7 @@ LayerCounts counted(const LayerSource& source, std::size_t subject, std::size_t 
                     const montecarlo::RunOptions& options) {
   constexpr std::size_t kPiece = std::size_t{1} << 14;
   montecarlo::BlockQueue queue({montecarlo::all_blocks(points, kPiece)});
-  const auto threads = std::min<std::size_t>(
-      static_cast<std::size_t>(options.threads > 0 ? options.threads : montecarlo::available_threads()), queue.left());
+  const auto threads = static_cast<std::size_t>(montecarlo::threads_for(options.threads, queue.left()));
   std::vector<LayerCounts> by_thread(threads, empty);
   const auto stopped = [&] { return options.stop && *options.stop; };
   montecarlo::in_threads(static_cast<int>(threads), stopped, [&](int thread) {

@@ -3,6 +3,7 @@
 /// file of its own, "<output>.journal.<host>.<pid>", so two attempts at once do not disturb each other. A journal has
 /// one record per subtree of blocks, or per point of a study without trials, with a checksum. A killed writer leaves at
 /// worst half a record at the end, which is not read.
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -50,8 +51,8 @@ JournalRemarks journal_remarks(const std::filesystem::path& output, const RunKey
 /// ones. What is no journal stays.
 void remove_journals(const std::filesystem::path& output, const RunKey& key);
 
-/// A writer. The file is made at the first write: a run that ends before has none. add(), write() and sync() may be
-/// called from several threads.
+/// A writer. The file is made at the first write: a run that ends before has none. add(), due(), write() and sync() may
+/// be called from several threads.
 class Journal {
  public:
   /// Writes at most every `interval`.
@@ -60,7 +61,7 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  bool due() const { return std::chrono::steady_clock::now() - last_ >= interval_; }
+  bool due() const { return std::chrono::steady_clock::now() - last_.load() >= interval_; }
   /// Keeps the record for the next write.
   void add(std::uint64_t point, const montecarlo::Subtree& subtree);
   /// The same for the result of a point without trials. point < 2^63.
@@ -83,7 +84,7 @@ class Journal {
   std::filesystem::path output_;
   RunKey key_;
   std::chrono::duration<double> interval_;
-  std::chrono::steady_clock::time_point last_;
+  std::atomic<std::chrono::steady_clock::time_point> last_;
   std::string pending_, error_;
   std::filesystem::path path_;
   int file_ = -1;

@@ -15,7 +15,7 @@ enum Exit {
   kUsage = 64,
   kBadInput = 65,
   kInternal = 70,
-  kNoThreads = 71,
+  kNoMachine = 71,
   kCannotWrite = 74,
   kInterrupted = 75
 };

@@ -98,8 +98,6 @@ int main_with_exit_codes(int argc, char** argv, ListStudies studies, montecarlo:
     return fails(kInterrupted, "interrupted: ", e.what());
   } catch (const Interrupted&) {
     return fails(kInterrupted, "interrupted: ", "nothing was written");
-  } catch (const montecarlo::NoThreads& e) {
-    return fails(kNoThreads, "error: ", e.what());
   } catch (const std::bad_alloc&) {  // no memory for anything else either
     std::fputs(kOutOfMemory, stderr);
     return kInternal;
@@ -114,7 +112,7 @@ int main_with_exit_codes(int argc, char** argv, ListStudies studies, montecarlo:
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
   if (const std::string fault = set_up_process(); !fault.empty()) {
     std::fprintf(stderr, "error: %s\n", fault.c_str());
-    return kNoThreads;
+    return kNoMachine;
   }
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);

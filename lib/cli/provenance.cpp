@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cli/version_text.h"
+#include "montecarlo/threads.h"
 #include "montecarlo/workers.h"
 
 namespace surveymc::cli {

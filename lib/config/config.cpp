@@ -101,7 +101,11 @@ std::vector<InputReference> Config::input_references() const {
   return out;
 }
 
-const std::vector<Remark>& Config::remarks() const { return doc_->remarks; }
+std::vector<Remark> Config::remarks() const {
+  std::vector<Remark> out;
+  for (const ConfigDocument::PointRemark& r : doc_->remarks) out.push_back(r.remark);
+  return out;
+}
 
 bool Config::is_product() const { return doc_->sweep.is_product(); }
 

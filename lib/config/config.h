@@ -189,7 +189,8 @@ class ConfigReader {
   struct Fallback;  // what a getter takes where the key is absent
   ConfigReader(std::shared_ptr<Point> point, const TomlNode* table, std::string path);
   static ConfigReader of_point(std::shared_ptr<ConfigDocument> doc, std::size_t index, TomlNode root);
-  static ConfigReader of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent);
+  static ConfigReader of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent,
+                                  std::size_t index = 0);
 
   std::string full_key(const std::string& key) const;
   /// For messages about keys that are absent: the line of an element of an array of tables, else the file.
@@ -282,7 +283,7 @@ class Config {
   /// Every file that was read and is too large to be stored, once each, in order of path.
   std::vector<InputReference> input_references() const;
   /// What the readers of all points had to tell, once each, in order. No part of hash().
-  const std::vector<Remark>& remarks() const;
+  std::vector<Remark> remarks() const;
   /// 128-bit XXH3 in hex of resolved_text() and the input files' contents (of large files, their hash).
   std::string hash() const;
 

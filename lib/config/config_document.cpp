@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -128,11 +129,21 @@ TomlNode ConfigDocument::point_root(std::size_t point) const {
   return root;
 }
 
+/// Equal without being written as text: most defaults are.
+static bool has_same_scalar(const TomlNode& a, const TomlNode& b) {
+  using Kind = TomlNode::Kind;
+  if (a.kind != b.kind) return false;
+  return (a.kind == Kind::real && a.real == b.real && std::signbit(a.real) == std::signbit(b.real)) ||
+         (a.kind == Kind::integer && a.integer == b.integer) || (a.kind == Kind::boolean && a.flag == b.flag) ||
+         (a.kind == Kind::text && a.text == b.text);
+}
+
 void ConfigDocument::use_default(const std::string& key, const TomlNode& value, std::size_t point) {
+  const std::scoped_lock lock(showing);
   const auto [it, is_new] = defaults.try_emplace(key);
   UsedDefault& d = it->second;
   if (is_new) d.value = value;
-  d.is_alike = d.is_alike && toml_text(d.value) == toml_text(value);
+  d.is_alike = d.is_alike && (has_same_scalar(d.value, value) || toml_text(d.value) == toml_text(value));
   d.points.add(point);
 }
 
@@ -169,6 +180,7 @@ FileText ConfigDocument::read(const fs::path& path, std::uint64_t most, const st
 }
 
 const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
+  const std::scoped_lock lock(showing);
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
   return inputs.emplace(n.text, parse_csv(bytes_of(*this, n, key, kLargestTable, kSmallerTable), n.text)).first->second;
 }
@@ -176,6 +188,7 @@ const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& ke
 const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& key,
                                         const std::function<InputTable(const fs::path&)>& load,
                                         const std::string& reading) {
+  const std::scoped_lock lock(showing);
   if (const auto it = readings.find(n.text); n.is_text() && it != readings.end() && it->second != reading)
     refuse(n, key,
            fmt::format("is read in two ways ({}; {}): a result stores a file once: copy it under another name",
@@ -199,6 +212,7 @@ InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const 
       beside.text = (fs::path(label).parent_path() / n.text).lexically_normal().string();
     return parent->text(beside, key, shipped);
   }
+  const std::scoped_lock lock(showing);
   if (shipped) {  // `n` may be a list that chose several
     TomlNode name = n;
     name.kind = TomlNode::Kind::text;
@@ -220,6 +234,7 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   if (log || !n.is_text() || n.text.empty() || n.text.find('\0') != std::string::npos)
     return held();  // which refuses it
   const fs::path place = folder / n.text;
+  const std::scoped_lock lock(showing);
   if (const auto it = references.find(n.text); it != references.end())
     return {n.text, nullptr, place, it->second.size, it->second.hash};
   const auto stored = stored_references.find(n.text);
@@ -260,9 +275,16 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   }
 }
 
-void ConfigDocument::remark(bool is_warning, const std::string& text) {
-  if (parent) return parent->remark(is_warning, text);  // of a file that the config names
-  if (remarked.insert(text).second) remarks.push_back({is_warning, text});
+void ConfigDocument::remark(std::size_t point, bool is_warning, const std::string& text) {
+  if (parent) return parent->remark(point, is_warning, text);  // of a file that the config names
+  const std::scoped_lock lock(showing);
+  const auto [known, is_new] = remarked.try_emplace(text, point);
+  if (!is_new && known->second <= point) return;
+  if (!is_new) std::erase_if(remarks, [&](const PointRemark& r) { return r.remark.text == text; });
+  known->second = point;
+  const auto behind = std::upper_bound(remarks.begin(), remarks.end(), point,
+                                       [](std::size_t p, const PointRemark& r) { return p < r.point; });
+  remarks.insert(behind, {point, {is_warning, text}});
 }
 
 // ---------------------------------------------------------------------------------------------------------- resolved

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -57,7 +58,8 @@ struct ConfigDocument {
   Sweep sweep;
   std::optional<TomlNode> refine, sensitivity;  // [refine] and [sensitivity], which are of the sweep as a whole
 
-  // What reading has shown, for resolved_text() and Config::inputs().
+  // What reading has shown, for resolved_text() and Config::inputs(). Several threads read points.
+  std::recursive_mutex showing;
   std::map<std::string, UsedDefault> defaults;
   std::set<std::string> named;         // strings that were read as the name of a table
   std::set<std::string> known_absent;  // has() has said no: a default must not make it say yes
@@ -65,10 +67,14 @@ struct ConfigDocument {
   std::map<std::string, std::string> readings;  // how those of them were read that table() has loaded
   std::map<std::string, std::string> texts;
   std::map<std::string, InputReference> references;  // files that are too large to be stored
-  std::vector<Remark> remarks;
-  std::set<std::string> remarked;  // their texts
+  struct PointRemark {
+    std::size_t point;
+    Remark remark;
+  };
+  std::vector<PointRemark> remarks;             // in order of the points
+  std::map<std::string, std::size_t> remarked;  // their texts, and the first point of each
 
-  void remark(bool is_warning, const std::string& text);
+  void remark(std::size_t point, bool is_warning, const std::string& text);
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);

@@ -34,7 +34,10 @@ ConfigValue ConfigReader::Point::look_up(const TomlNode& table, const std::strin
     const std::size_t parts_left = parts.size() - 1 - i;
     if (parts_left == 0) return {next, full};
     if (next->is_text() && parts_left == 1 && parts.back() == "name") {
-      if (path.empty()) doc->named.insert(full);
+      if (path.empty()) {
+        const std::scoped_lock lock(doc->showing);
+        doc->named.insert(full);
+      }
       return {next, full};
     }
     if (!next->is_table()) return {next, full, true};

@@ -89,11 +89,12 @@ ConfigReader ConfigReader::of_point(std::shared_ptr<ConfigDocument> doc, std::si
 }
 
 /// A document of its own: messages name it, and its defaults do not enter the config's resolved text.
-ConfigReader ConfigReader::of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent) {
+ConfigReader ConfigReader::of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent,
+                                       std::size_t index) {
   auto doc = std::make_shared<ConfigDocument>();
   doc->parent = std::move(parent);
   doc->label = document.path;
-  return of_point(std::move(doc), 0, parse_document(document.text, document.path));
+  return of_point(std::move(doc), index, parse_document(document.text, document.path));
 }
 
 ConfigReader ConfigReader::of_file(const std::string& path) {
@@ -192,7 +193,10 @@ bool ConfigReader::has(const std::string& key) const {
     if (!found && log->said.contains(full)) return true;
     if (!found) log->denied.insert(full);
   }
-  if (!found) point_->doc->known_absent.insert(full);
+  if (!found) {
+    const std::scoped_lock lock(point_->doc->showing);
+    point_->doc->known_absent.insert(full);
+  }
   return found;
 }
 
@@ -443,12 +447,12 @@ InputTable ConfigReader::table(const std::string& key, std::string_view meaning,
 
 ConfigReader ConfigReader::toml(const std::string& key, std::string_view meaning) {
   const ConfigValue value = ask(key, meaning, {}, question_of_file("TOML file"));
-  return of_document(point_->doc->text(*value.node, value.key, nullptr), point_->doc);
+  return of_document(point_->doc->text(*value.node, value.key, nullptr), point_->doc, point_->index);
 }
 
 ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
   const ConfigValue value = ask_name(key, kMeaningElsewhere, {}, kQuestionOfShipped);
-  return of_document(point_->doc->text(*value.node, value.key, &shipped), point_->doc);
+  return of_document(point_->doc->text(*value.node, value.key, &shipped), point_->doc, point_->index);
 }
 
 // ------------------------------------------------------------------------------------------------------------- checks
@@ -474,10 +478,10 @@ void ConfigReader::fail(const std::string& key, const std::string& rule) const {
   place(key).fail(rule);
 }
 
-void ConfigReader::note(const std::string& text) const { point_->doc->remark(false, text); }
+void ConfigReader::note(const std::string& text) const { point_->doc->remark(point_->index, false, text); }
 
 void ConfigReader::warn(const std::string& key, const std::string& text) const {
-  point_->doc->remark(true, key.empty() ? text : place(key).remark(text));
+  point_->doc->remark(point_->index, true, key.empty() ? text : place(key).remark(text));
 }
 
 void ConfigReader::finish() const {

@@ -165,6 +165,7 @@ std::vector<TomlNode> SweepTable::cells_of(const Line& line) const {
 }
 
 std::vector<TomlNode> SweepTable::row(std::uint64_t i) const {
+  const std::scoped_lock lock(reading_);
   chunk_text(i / kChunk);
   return cells_of(held_rows_.at(i % kChunk));
 }

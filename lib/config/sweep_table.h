@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -50,7 +51,8 @@ class SweepTable {
   std::vector<std::string> names_;
   std::uint64_t rows_ = 0;
   std::vector<Chunk> chunks_;  // and one behind the last
-  // The chunk that was read last: rows are mostly asked for in order.
+  // The chunk that was read last: rows are mostly asked for in order. Several threads ask.
+  mutable std::mutex reading_;
   mutable std::uint64_t held_ = ~std::uint64_t{0};
   mutable std::string held_text_;
   mutable std::vector<Line> held_rows_;

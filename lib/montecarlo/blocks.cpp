@@ -1,23 +1,12 @@
 #include "montecarlo/blocks.h"
 
-#include <sched.h>
-
 #include <algorithm>
-#include <atomic>
-#include <charconv>
 #include <cmath>
-#include <cstdlib>
-#include <exception>
-#include <latch>
 #include <mutex>
 #include <optional>
-#include <string_view>
-#include <system_error>
-#include <thread>
-
-#include <fmt/format.h>
 
 #include "montecarlo/block_queue.h"
+#include "montecarlo/threads.h"
 
 namespace surveymc::montecarlo {
 
@@ -51,17 +40,6 @@ std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& bloc
     before += r.end - r.first;
   }
   return lists;
-}
-
-int available_threads() {
-  if (const char* text = std::getenv("OMP_NUM_THREADS")) {
-    const std::string_view number = text;
-    int threads = 0;
-    std::from_chars(number.data(), number.data() + number.size(), threads);  // stays 0 where it is none
-    if (threads > 0) return threads;
-  }
-  if (cpu_set_t cores; sched_getaffinity(0, sizeof cores, &cores) == 0) return CPU_COUNT(&cores);
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // more cores than a cpu_set_t has
 }
 
 std::vector<BlockRange> BlockQueue::take_first(std::uint64_t count) {
@@ -101,49 +79,12 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   return compute_blocks(queue, work, kernel, stopped, take);
 }
 
-void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int)>& next) {
-  if (threads <= 0) threads = available_threads();
-  std::exception_ptr error;
-  std::mutex failing;
-  std::atomic<bool> abandon = false;
-  const auto work = [&](int thread) {
-    while (!abandon && !stopped()) try {
-        if (!next(thread)) break;
-      } catch (...) {
-        abandon = true;
-        const std::scoped_lock lock(failing);
-        if (!error) error = std::current_exception();
-      }
-  };
-  std::latch all_started(1);
-  std::vector<std::jthread> others;  // beside this one
-  try {
-    others.reserve(static_cast<std::size_t>(threads) - 1);
-    for (int thread = 1; thread < threads; ++thread)
-      others.emplace_back([&, thread] {
-        all_started.wait();
-        work(thread);
-      });
-  } catch (const std::system_error& e) {
-    error = std::make_exception_ptr(NoThreads(fmt::format(
-        "the system starts only {} of {} threads ({}): give fewer with --threads, or raise the limit (ulimit -u, -v)",
-        others.size() + 1, threads, e.code().message())));
-  } catch (...) {
-    error = std::current_exception();
-  }
-  if (error) abandon = true;
-  all_started.count_down();
-  work(0);
-  others.clear();  // waits for them
-  if (error) std::rethrow_exception(error);
-}
-
 bool compute_blocks(BlockQueue& queue, const BlockWork& work, const BlockKernel& kernel,
                     const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take) {
   const auto size = static_cast<std::uint64_t>(work.block_trials);
   std::mutex taking;
-  in_threads(work.threads, stopped, [&](int) {
+  in_threads(threads_for(work.threads, queue.left()), stopped, [&](int) {
     const std::optional<std::uint64_t> block = queue.take();
     if (!block) return false;
     const std::uint64_t first = *block * size;

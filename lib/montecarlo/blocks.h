@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <stdexcept>
 #include <vector>
 
 #include "stats/tally.h"
 
 namespace surveymc::montecarlo {
-
-/// The system starts no more threads. what() says how many were wanted, why, and what to do. Exit code 71.
-class NoThreads : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Trials first .. first + count - 1. `first` is a multiple of the trials per block.
 struct TrialBlock {
@@ -61,19 +54,10 @@ struct BlockWork {
   int block_trials = kBlockTrials, threads = 0;
 };
 
-/// Each of `threads` threads (0: all that the machine offers) calls next(thread), thread = 0, 1, ..., until that or
-/// stopped() says that it ends: next() by false, stopped() by true. The first exception is rethrown after all threads
-/// have stopped. Throws NoThreads before anything is called. The only function that computes in several threads.
-void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int thread)>& next);
-
 /// Calls kernel(block) for every block in parallel; take(number, tally) gets the tallies as they come, one at a time.
 /// The first exception of either is rethrown after all threads have stopped. False if `stopped` ended the work before
-/// the last block was begun; several threads call `stopped`. Throws NoThreads before anything is computed.
+/// the last block was begun; several threads call `stopped`.
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take);
-
-/// The number of threads that `threads = 0` means here: the first number of the environment variable OMP_NUM_THREADS,
-/// or where that is none from 1, the cores that this process may use.
-int available_threads();
 
 }  // namespace surveymc::montecarlo

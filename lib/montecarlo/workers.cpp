@@ -16,15 +16,14 @@ namespace {
 
 // First byte of a message; the comment says what follows
 enum Kind : char {
-  kOrder = 'o',    // BlockOrder
-  kStop = 's',     // nothing
-  kEnd = 'e',      // exit code
-  kDone = 'd',     // subtrees: the whole share
-  kCut = 'c',      // subtrees: what was done before a stop
-  kInput = 'i',    // text of an InputError
-  kIo = 'f',       // text of an IoError
-  kThreads = 't',  // text of NoThreads
-  kFailed = 'x',   // text of another exception
+  kOrder = 'o',   // BlockOrder
+  kStop = 's',    // nothing
+  kEnd = 'e',     // exit code
+  kDone = 'd',    // subtrees: the whole share
+  kCut = 'c',     // subtrees: what was done before a stop
+  kInput = 'i',   // text of an InputError
+  kIo = 'f',      // text of an IoError
+  kFailed = 'x',  // text of another exception
 };
 
 std::string message(Kind kind, std::string body = {}) { return std::string(1, kind) + body; }
@@ -103,7 +102,6 @@ Workers::Work Workers::collect(const std::function<bool()>& stopped, const std::
     const std::string text = error_.substr(1);
     if (error_[0] == kInput) throw InputError(text);
     if (error_[0] == kIo) throw IoError(text);
-    if (error_[0] == kThreads) throw NoThreads(text);
     throw std::runtime_error(text);
   }
   return work;
@@ -177,8 +175,6 @@ class Server {
       return message(kInput, e.what());
     } catch (const IoError& e) {
       return message(kIo, e.what());
-    } catch (const NoThreads& e) {
-      return message(kThreads, e.what());
     } catch (const std::exception& e) {
       return message(kFailed, e.what());
     }

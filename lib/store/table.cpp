@@ -5,6 +5,7 @@
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -148,24 +149,28 @@ void for_each_piece(const Table& table, const std::function<void(const Table& pi
   for (std::size_t at = 0; at < rows; at += kPieceRows) visit(rows_of(table, at, std::min(kPieceRows, rows - at)), at);
 }
 
-void append_rows(Table& table, const Table& more) {
+void append_rows(Table& table, Table more) {
   if (table.columns.empty()) {
-    table = more;
+    table = std::move(more);
     return;
   }
-  for_each_piece(more, [&](const Table& piece, std::size_t) {
-    assert(table.columns.size() == piece.columns.size());
+  const auto append = [&table](Table& held) {
+    assert(table.columns.size() == held.columns.size());
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      assert(table.columns[i].name == piece.columns[i].name);
+      assert(table.columns[i].name == held.columns[i].name);
       std::visit(
           [&](auto& values) {
-            const auto added =
-                std::get<std::decay_t<decltype(values)>>(piece.columns[i].values);  // a copy: may be itself
-            values.insert(values.end(), added.begin(), added.end());
+            auto& added = std::get<std::decay_t<decltype(values)>>(held.columns[i].values);
+            values.insert(values.end(), std::make_move_iterator(added.begin()), std::make_move_iterator(added.end()));
           },
           table.columns[i].values);
     }
     hold_less(table);
+  };
+  if (more.is_held()) return append(more);
+  for_each_piece(more, [&](const Table& piece, std::size_t) {
+    Table own = piece;
+    append(own);
   });
 }
 

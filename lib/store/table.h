@@ -95,7 +95,7 @@ void for_each_piece(const Table& table, const std::function<void(const Table& pi
 
 /// Rows of `more` below those of `table`, which has the same columns (asserted), or none and no name: then it becomes
 /// `more`. What gets too long goes to the disk.
-void append_rows(Table& table, const Table& more);
+void append_rows(Table& table, Table more);
 
 /// Text that is safe on a terminal and in a row: control characters become spaces.
 std::string printable(std::string text);

@@ -9,7 +9,12 @@
 #include "study/sweep_columns.h"
 
 namespace surveymc::study {
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const std::vector<config::SweepValue>& sweep,
               double seconds, std::uint64_t computed, std::uint64_t trials) {

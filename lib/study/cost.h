@@ -7,8 +7,8 @@
 
 namespace surveymc::study {
 
-/// Processor time that this process has used, all threads together, s.
-double processor_seconds();
+/// Processor time that this thread has used, s.
+double thread_seconds();
 
 /// Adds to `cost` a row for each row of `tables` that has a ratio with an interval, of one point of a sweep:
 /// sweep keys, `table, formulation, quantity, trials, relative_half_width` (half of the logarithm of the interval),

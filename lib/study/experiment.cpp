@@ -7,6 +7,8 @@
 #include "base/units.h"
 #include "compare/family.h"
 #include "compare/sensitivity.h"
+#include "montecarlo/threads.h"
+#include "montecarlo/workers.h"
 #include "study/cost.h"
 #include "study/input_tables.h"
 #include "study/kept_points.h"
@@ -50,16 +52,23 @@ void require_offered(const config::ConfigReader& reader, const Experiment& exper
 
 }  // namespace
 
-const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
-  if (const auto it = read_.find(point); it != read_.end()) return it->second;
+std::shared_ptr<const RunPlan::ReadPoint> RunPlan::read(std::size_t point) const {
+  {
+    const std::scoped_lock lock(*reading_);
+    if (const auto it = read_.find(point); it != read_.end()) return it->second;
+  }
   config::ConfigReader reader = config.reader(point);
   require_offered(reader, experiment);
-  ReadPoint p;
-  p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
-  if (reader.has("field.model")) p.placed = scenario::read_placed_field(reader);
-  if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family", config::kMeaningElsewhere) != "none";
-  if (p.plan->trials() > 0) config.seed();  // trials draw: there must be one
-  std::vector<store::Axis> own = p.plan->map_axes();
+  const auto p = std::make_shared<ReadPoint>();
+  p->plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
+  if (reader.has("field.model")) p->placed = scenario::read_placed_field(reader);
+  const bool is_family =
+      !reader.has("verdict.family") || reader.text("verdict.family", config::kMeaningElsewhere) != "none";
+  if (p->plan->trials() > 0) config.seed();  // trials draw: there must be one
+  const std::vector<store::Axis> own = p->plan->map_axes();
+
+  const std::scoped_lock lock(*reading_);
+  is_family_ = is_family;
   if (!axes_) axes_.emplace(point, own);
   const std::vector<store::Axis>& first = axes_->second;
   for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
@@ -67,26 +76,35 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
             "sweep: point {} has other values of the map axis {} than point {}: give all of them as the grid itself",
             point, (a < own.size() ? own : first)[a].name, axes_->first);
   if (is_large()) {
-    read_.clear();
-    if (!first_trials_ || point < first_trials_->first) first_trials_.emplace(point, p.plan->trials());
+    constexpr std::size_t kMostKept = 1024;  // more than are computed at a time
+    if (read_.size() >= kMostKept) read_.clear();
+    if (!first_trials_ || point < first_trials_->first) first_trials_.emplace(point, p->plan->trials());
   }
-  return read_.emplace(point, std::move(p)).first->second;
+  return read_.emplace(point, p).first->second;
 }
 
-std::shared_ptr<const PointPlan> RunPlan::plan(std::size_t point) const { return read(point).plan; }
+void RunPlan::forget(std::size_t point) const {
+  const std::scoped_lock lock(*reading_);
+  if (is_large()) read_.erase(point);
+}
 
-std::optional<scenario::PlacedField> RunPlan::placed(std::size_t point) const { return read(point).placed; }
+std::shared_ptr<const PointPlan> RunPlan::plan(std::size_t point) const { return read(point)->plan; }
+
+std::optional<scenario::PlacedField> RunPlan::placed(std::size_t point) const { return read(point)->placed; }
 
 std::uint64_t RunPlan::trials_of(std::size_t point) const {
   if (!is_large()) return plan(point)->trials();
-  if (!first_trials_) {
-    try {
-      plan(point);
-    } catch (const InputError&) {  // a point that fails has no trials; another one will tell
-      return 0;
-    }
+  const auto known = [this] {
+    const std::scoped_lock lock(*reading_);
+    return first_trials_ ? std::optional(first_trials_->second) : std::nullopt;
+  };
+  if (const std::optional<std::uint64_t> trials = known()) return *trials;
+  try {
+    plan(point);
+  } catch (const InputError&) {  // a point that fails has no trials; another one will tell
+    return 0;
   }
-  return first_trials_->second;
+  return *known();
 }
 
 std::uint64_t RunPlan::total_trials() const {
@@ -130,10 +148,16 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
     require(run.sample.invalid < run.sample.points, "{}", run.sample.first_reason);
     return run;
   }
-  for (std::size_t i = 0; i < run.point_count(); ++i) {
-    look();
-    run.plan(i);
-  }
+  look();
+  if (run.point_count() > 0) run.plan(0);  // with whose axes the others are compared
+  const int threads = montecarlo::threads_for(0, run.point_count());
+  montecarlo::compute_in_order(
+      run.point_count(), threads,
+      [&](std::size_t i) {
+        look();
+        return run.plan(i);
+      },
+      [](std::size_t, const std::shared_ptr<const PointPlan>&) {});
   return run;
 }
 
@@ -148,7 +172,7 @@ void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& table
       const auto named_alike = [](const store::Column& x, const store::Column& y) { return x.name == y.name; };
       require(std::equal(same->columns.begin(), same->columns.end(), t.columns.begin(), t.columns.end(), named_alike),
               "table {}: points of the sweep fill it with other columns: run them apart", t.name);
-      store::append_rows(*same, t);
+      store::append_rows(*same, std::move(t));
     }
   }
 }
@@ -264,15 +288,20 @@ std::vector<montecarlo::Subtree> finished_blocks(const Checkpoint& checkpoint, s
 }
 
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
-                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
+                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint,
+                         std::atomic<double>* seconds) {
   const std::shared_ptr<const PointPlan> of_point = run.plan(index);
   const PointPlan& plan = *of_point;
   if (plan.trials() == 0) return {};
-  return montecarlo::run_blocks(
-      plan.trials(), [&](montecarlo::TrialBlock b) { return point.run_block(b); },
-      options_of_point(options, run, index, checkpoint.journal),
-      {plan.looks(), [&](const stats::Tally& t) { return point.trials_needed(t); }},
-      finished_blocks(checkpoint, index, point));
+  const auto run_block = [&](montecarlo::TrialBlock b) {
+    const double before = thread_seconds();
+    stats::Tally tally = point.run_block(b);
+    if (seconds) *seconds += thread_seconds() - before;
+    return tally;
+  };
+  return montecarlo::run_blocks(plan.trials(), run_block, options_of_point(options, run, index, checkpoint.journal),
+                                {plan.looks(), [&](const stats::Tally& t) { return point.trials_needed(t); }},
+                                finished_blocks(checkpoint, index, point));
 }
 
 PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,
@@ -285,53 +314,70 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
   return r;
 }
 
-std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint, store::Table* cost,
-                                                        std::uint64_t* trials) {
-  const auto done_before = std::make_shared<std::uint64_t>(0), after = std::make_shared<std::uint64_t>(0);
-  *after = run.total_trials();
-  const auto kept_points = std::make_shared<KeptPoints>(checkpoint, run.point_count());
-  return [&run, options, &checkpoint, cost, trials, done_before, after, kept_points](std::size_t i) {
-    try {
-      *after -= std::min(*after, run.trials_of(i));
-      const bool draws = run.plan(i)->trials() > 0;
-      if (!draws)
-        if (std::optional<PointResult> earlier = kept_points->find(i)) return *std::move(earlier);
-      montecarlo::RunOptions of_point = options;
-      if (options.progress)
-        of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
-          options.progress(*done_before + done, *done_before + expected + *after);
-        };
-      const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
-      const double before = processor_seconds();
-      const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
-      const double seconds = processor_seconds() - before;
-      *done_before += tally.trials;
-      if (trials) *trials += tally.trials;
-      if (draws && checkpoint.finished.contains(i))
-        TallySizes(*point, run.plan(i)->trials()).require_whole(tally, "a journal beside the output");
-      PointResult r = point_report(point, tally, of_point);
-      if (!draws) return kept_points->keep(i, std::move(r));
-      std::uint64_t kept = 0;
-      if (const auto of_earlier = checkpoint.finished.find(i); of_earlier != checkpoint.finished.end())
-        for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;
-      // The time of other ranks is not known here.
-      if (cost && tally.trials > kept && !options.workers)
-        add_cost(*cost, r.tables, run.config.sweep_values(i), seconds, tally.trials - kept, tally.trials);
-      return r;
-    } catch (const InputError& e) {
-      if (!run.is_large()) throw;
-      return failed_point(i, without_place(e.what()));
+int threads_of(const RunPlan& run, const checkpoint::PointRange& points, const montecarlo::RunOptions& options) {
+  if (options.workers && options.workers->count() > 0) return 1;
+  std::size_t work = points.count();
+  if (!run.is_large()) {
+    work = 0;
+    for (std::uint64_t i = 0; i < points.count(); ++i) {
+      const std::shared_ptr<const PointPlan> plan = run.plan(points.point(i));
+      work += std::max<std::size_t>(1, montecarlo::all_blocks(plan->trials(), plan->block_trials()).end);
     }
-  };
+  }
+  return montecarlo::threads_for(options.threads, work);
 }
 
-store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint,
-                      std::uint64_t* trials) {
-  store::Table cost;
-  store::Result result = assemble(run, computed_points(run, options, checkpoint, &cost, trials), options.stop);
-  result.cost = std::move(cost);
-  return result;
+montecarlo::RunOptions SweepProgress::of_point(montecarlo::RunOptions options, std::uint64_t trials) {
+  if (!told_) return options;
+  options.progress = [this, done_before = std::uint64_t{0}, expected_before = trials](std::uint64_t done,
+                                                                                      std::uint64_t expected) mutable {
+    const std::scoped_lock lock(telling_);
+    done_ += done - done_before;
+    expected_ += expected - expected_before;
+    done_before = done;
+    expected_before = expected;
+    told_(done_, expected_);
+  };
+  return options;
+}
+
+ComputedPoints::ComputedPoints(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint)
+    : run_(run),
+      options_(options),
+      checkpoint_(checkpoint),
+      progress_(options, run.total_trials()),
+      kept_points_(std::make_unique<KeptPoints>(checkpoint, run.point_count())) {}
+
+ComputedPoints::~ComputedPoints() = default;
+
+ComputedPoints::Point ComputedPoints::compute(std::size_t i) {
+  try {
+    const bool draws = run_.plan(i)->trials() > 0;
+    if (!draws)
+      if (std::optional<PointResult> earlier = kept_points_->find(i)) return {*std::move(earlier)};
+    const montecarlo::RunOptions of_point = progress_.of_point(options_, run_.trials_of(i));
+    const std::shared_ptr<const StudyPoint> point = run_.prepare(i, of_point);
+    std::atomic<double> seconds = 0;
+    const stats::Tally tally = point_tally(run_, i, *point, of_point, checkpoint_, &seconds);
+    const auto of_earlier = checkpoint_.finished.find(i);
+    if (draws && of_earlier != checkpoint_.finished.end())
+      TallySizes(*point, run_.plan(i)->trials()).require_whole(tally, "a journal beside the output");
+    Point p{point_report(point, tally, of_point), tally.trials};
+    if (!draws) {
+      p.result = kept_points_->keep(i, std::move(p.result));
+      return p;
+    }
+    std::uint64_t kept = 0;
+    if (of_earlier != checkpoint_.finished.end())
+      for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;
+    // The time of other ranks is not known here.
+    if (tally.trials > kept && !options_.workers)
+      add_cost(p.cost, p.result.tables, run_.config.sweep_values(i), seconds, tally.trials - kept, tally.trials);
+    return p;
+  } catch (const InputError& e) {
+    if (!run_.is_large()) throw;
+    return {failed_point(i, without_place(e.what()))};
+  }
 }
 
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r) {
@@ -359,44 +405,93 @@ store::Result result_without_tables(const RunPlan& run) {
   return result;
 }
 
+namespace {
+
+/// Puts the results of points together, which come in order.
+class Assembly {
+ public:
+  explicit Assembly(const RunPlan& run)
+      : run_(run),
+        axes_(sweep_axes(run.config)),
+        sensitivity_(config::sensitivity_rule_of(run.config.source_text(), "the config")) {}
+
+  /// `r`: of placed_in_sweep().
+  void add(PointResult r) {
+    const bool has_failed = is_failed(r);
+    if (sensitivity_ && !has_failed && !is_checked_) compare::check_sensitivity(*sensitivity_, r.tables);
+    is_checked_ = is_checked_ || !has_failed;
+    add_point(tables_, std::move(r.tables));
+    add_point(samples_, std::move(r.samples));
+    if (has_failed) {  // its values are missing
+      if (maps_.empty()) ++failed_;
+      for (store::Map& m : maps_) m.values.insert(m.values.end(), values_of_point(m), kNaN);
+      streams_.add_missing();
+      return;
+    }
+    const bool is_first = maps_.empty();
+    add_maps(maps_, std::move(r.maps), axes_);
+    if (is_first)
+      for (store::Map& m : maps_) m.values.insert(m.values.begin(), failed_ * values_of_point(m), kNaN);
+    streams_.add(std::move(r.streams), axes_);
+  }
+
+  store::Result result(const std::atomic<bool>* stop) {
+    store::Result result = result_without_tables(run_);
+    result.tables = std::move(tables_);
+    result.samples = std::move(samples_);
+    result.maps = std::move(maps_);
+    if (run_.is_family()) compare::apply_family(result.tables);
+    if (sensitivity_)
+      result.tables.push_back(compare::sensitivity_table(*sensitivity_, result.tables, run_.point_count()));
+    result.streams = streams_.take(stop);
+    return result;
+  }
+
+ private:
+  std::size_t values_of_point(const store::Map& m) const { return store::map_size(m) / run_.point_count(); }
+
+  const RunPlan& run_;
+  std::vector<store::Table> tables_, samples_;
+  std::vector<store::Map> maps_;
+  const std::vector<store::Axis> axes_;
+  Streams streams_;
+  std::size_t failed_ = 0;  // before the first point that did not
+  const std::optional<config::SensitivityRule> sensitivity_;
+  bool is_checked_ = false;  // at the first point, not after hours
+};
+
+}  // namespace
+
 store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
                        const std::atomic<bool>* stop) {
-  std::vector<store::Table> tables, samples;
-  std::vector<store::Map> maps;
-  const std::vector<store::Axis> axes = sweep_axes(run.config);
-  Streams streams;
-  std::size_t failed = 0;  // before the first point that did not
-  const auto values_of_point = [&](const store::Map& m) { return store::map_size(m) / run.point_count(); };
-  const std::optional<config::SensitivityRule> sensitivity =
-      config::sensitivity_rule_of(run.config.source_text(), "the config");
-  bool is_checked = false;  // at the first point, not after hours
+  Assembly all(run);
   for (std::size_t i = 0; i < run.point_count(); ++i) {
-    PointResult own = point_result(i);
-    const bool has_failed = is_failed(own);
-    PointResult r = placed_in_sweep(run, i, std::move(own));
-    if (sensitivity && !has_failed && !is_checked) compare::check_sensitivity(*sensitivity, r.tables);
-    is_checked = is_checked || !has_failed;
-    add_point(tables, std::move(r.tables));
-    add_point(samples, std::move(r.samples));
-    if (has_failed) {  // its values are missing
-      if (maps.empty()) ++failed;
-      for (store::Map& m : maps) m.values.insert(m.values.end(), values_of_point(m), kNaN);
-      streams.add_missing();
-      continue;
-    }
-    const bool is_first = maps.empty();
-    add_maps(maps, std::move(r.maps), axes);
-    if (is_first)
-      for (store::Map& m : maps) m.values.insert(m.values.begin(), failed * values_of_point(m), kNaN);
-    streams.add(std::move(r.streams), axes);
+    all.add(placed_in_sweep(run, i, point_result(i)));
+    run.forget(i);
   }
-  store::Result result = result_without_tables(run);
-  result.tables = std::move(tables);
-  result.samples = std::move(samples);
-  result.maps = std::move(maps);
-  if (run.is_family()) compare::apply_family(result.tables);
-  if (sensitivity) result.tables.push_back(compare::sensitivity_table(*sensitivity, result.tables, run.point_count()));
-  result.streams = streams.take(stop);
+  return all.result(stop);
+}
+
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint,
+                      std::uint64_t* trials) {
+  Assembly all(run);
+  store::Table cost;
+  ComputedPoints points(run, options, checkpoint);
+  montecarlo::compute_in_order(
+      run.point_count(), threads_of(run, {0, run.point_count(), 1}, options),
+      [&](std::size_t i) {
+        ComputedPoints::Point p = points.compute(i);
+        p.result = placed_in_sweep(run, i, std::move(p.result));
+        return p;
+      },
+      [&](std::size_t i, ComputedPoints::Point p) {
+        if (trials) *trials += p.trials;
+        if (!p.cost.columns.empty()) store::append_rows(cost, std::move(p.cost));
+        all.add(std::move(p.result));
+        run.forget(i);
+      });
+  store::Result result = all.result(options.stop);
+  result.cost = std::move(cost);
   return result;
 }
 

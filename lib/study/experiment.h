@@ -7,10 +7,12 @@
 ///   run       blocks of trials -> tally
 ///   report    tally -> tables and maps -> Result
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -18,6 +20,7 @@
 #include <vector>
 
 #include "checkpoint/journal.h"
+#include "checkpoint/part_file.h"
 #include "config/config.h"
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
@@ -137,7 +140,7 @@ std::unique_ptr<PointPlan> plan_of(config::ConfigReader& config, random::StudySe
 /// the result lists it in the table failed_points.
 inline constexpr std::size_t kMostReadWhole = 10'000;
 
-/// A config and its points, which are read when they are asked for. One thread at a time may ask.
+/// A config and its points, which are read when they are asked for. Several threads may ask.
 class RunPlan {
  public:
   RunPlan(Experiment of, config::Config from) : experiment(std::move(of)), config(std::move(from)) {}
@@ -168,15 +171,18 @@ class RunPlan {
   Sample sample;
   /// What the points that were prepared have in common.
   const SharedWork& shared() const { return *shared_; }
+  /// Of a large sweep: the point is not asked for again.
+  void forget(std::size_t point) const;
 
  private:
   struct ReadPoint {
     std::shared_ptr<const PointPlan> plan;
     std::optional<scenario::PlacedField> placed;
   };
-  const ReadPoint& read(std::size_t point) const;
+  std::shared_ptr<const ReadPoint> read(std::size_t point) const;
 
-  mutable std::map<std::size_t, ReadPoint> read_;  // those of a large sweep are forgotten again
+  std::unique_ptr<std::mutex> reading_ = std::make_unique<std::mutex>();          // for what follows
+  mutable std::map<std::size_t, std::shared_ptr<const ReadPoint>> read_;          // of a large sweep the latest ones
   mutable std::optional<std::pair<std::size_t, std::vector<store::Axis>>> axes_;  // the first point that was read
   mutable std::optional<std::pair<std::size_t, std::uint64_t>> first_trials_;     // of the first valid point, if large
   mutable bool is_family_ = true;
@@ -185,7 +191,7 @@ class RunPlan {
 
 /// Reads all points; of a large sweep the table of points, if it has one, and sample_points(), some of which may be
 /// invalid, but not all. Prepares none. Throws InputError, Interrupted when *stop is set; touches no file but those
-/// that the config names.
+/// that the config names. Several points are read at a time.
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
 
 /// Reads no point.
@@ -209,8 +215,10 @@ std::vector<montecarlo::Subtree> finished_blocks(const Checkpoint& checkpoint, s
 
 /// Tally of point `index` of `run`, computed or taken from the checkpoint; empty without trials. `point` is that point,
 /// prepared. Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.
+/// `seconds`: a number to which the processor time of its blocks is added.
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
-                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint);
+                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint,
+                         std::atomic<double>* seconds = nullptr);
 
 /// Tables and maps of a point; the streams among them own it.
 PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,
@@ -232,18 +240,51 @@ store::Result result_without_tables(const RunPlan& run);
 store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
                        const std::atomic<bool>* stop);
 
-/// Computes the points of a run, which are asked for in order, each once: its part of execute(). `cost`: a table to
-/// which the points' costs are added (add_cost()); `trials`: a number to which their trials are added, those of the
-/// checkpoint too.
-std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint, store::Table* cost = nullptr,
-                                                        std::uint64_t* trials = nullptr);
+/// The threads that share these points of a run and their blocks. With other ranks it is one: points go one after the
+/// other then, and all ranks share the blocks of each.
+int threads_of(const RunPlan& run, const checkpoint::PointRange& points, const montecarlo::RunOptions& options);
 
-/// Prepares and runs one point after the other and puts their tables together: the sweep's keys become the first
-/// columns of every table and the first axes of every map. Streams of the result compute while they are read, and throw
-/// Interrupted when options.stop is set. Fills provenance from the config, but for
-/// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points. `trials`
-/// as in computed_points().
+/// How far the points of a run are together: what options.progress is told. Several threads tell it of their points.
+class SweepProgress {
+ public:
+  /// `expected`: trials of all points.
+  SweepProgress(const montecarlo::RunOptions& options, std::uint64_t expected)
+      : told_(options.progress), expected_(expected) {}
+  /// `options` with a progress of one point, of which `trials` are expected so far.
+  montecarlo::RunOptions of_point(montecarlo::RunOptions options, std::uint64_t trials);
+
+ private:
+  std::function<void(std::uint64_t, std::uint64_t)> told_;
+  std::mutex telling_;
+  std::uint64_t done_ = 0, expected_;
+};
+
+/// Computes the points of a run: its part of execute(). Several threads may do so.
+class ComputedPoints {
+ public:
+  /// `run` and `checkpoint` outlive it.
+  ComputedPoints(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint);
+  ~ComputedPoints();
+  struct Point {
+    PointResult result;
+    std::uint64_t trials = 0;  ///< those of the checkpoint too
+    store::Table cost = {};    ///< add_cost()
+  };
+  Point compute(std::size_t point);
+
+ private:
+  const RunPlan& run_;
+  const montecarlo::RunOptions options_;
+  const Checkpoint& checkpoint_;
+  SweepProgress progress_;
+  std::unique_ptr<class KeptPoints> kept_points_;
+};
+
+/// Prepares and runs the points, several at a time, and puts their tables together in order of the points: the sweep's
+/// keys become the first columns of every table and the first axes of every map. Streams of the result compute while
+/// they are read, and throw Interrupted when options.stop is set. Fills provenance from the config, but for versions
+/// and command, and not RunInfo. options.progress gets the trials done and expected over all points. `trials` gets the
+/// trials in the result, those of the checkpoint too.
 store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint = {},
                       std::uint64_t* trials = nullptr);
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Finished points of a study without trials in the journal, so that a killed run does not compute them again.
+#include <atomic>
 #include <optional>
 #include <string_view>
 
@@ -28,7 +29,8 @@ class KeptPoints {
 
  private:
   const Checkpoint& checkpoint_;
-  std::size_t points_, streamed_ = 0;
+  const std::size_t points_;
+  std::atomic<std::size_t> streamed_ = 0;  // several threads find and keep points
 };
 
 }  // namespace surveymc::study

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/numerics.h"
+#include "montecarlo/threads.h"
 #include "study/kept_points.h"
 #include "study/point_failure.h"
 #include "study/point_result_bytes.h"
@@ -91,61 +92,71 @@ std::vector<checkpoint::PartPiece> part_pieces(const RunPlan& run, const PartCho
   return pieces;
 }
 
+namespace {
+
+/// Computes the piece of a part, or takes it from the checkpoint.
+checkpoint::PartPiece computed_piece(const RunPlan& run, const PartChoice& choice, std::uint64_t number, bool is_only,
+                                     const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
+  checkpoint::PartPiece p = part_piece(run, choice, number);
+  const std::shared_ptr<const PointPlan> plan = run.plan(number);
+  if (!p.whole && p.blocks.first == p.blocks.end) return p;  // there are more shards than blocks
+  const auto kept_point = checkpoint.points.find(number);
+  if (plan->trials() == 0 && kept_point != checkpoint.points.end()) {
+    p.result = kept_point->second;
+    return p;
+  }
+  const std::shared_ptr<const StudyPoint> point = run.prepare(number, options);
+  if (plan->trials() == 0) {
+    p.result = point_result_to_bytes(point_report(point, {}, options));
+    if (!is_only) keep_point(checkpoint.journal, number, p.result);  // else it is done by now
+  } else if (p.whole) {
+    p.subtrees.push_back({0, 0, point_tally(run, number, *point, options, checkpoint)});
+  } else {
+    p.subtrees = montecarlo::run_block_range(
+        plan->trials(), p.blocks, [&](montecarlo::TrialBlock b) { return point->run_block(b); },
+        options_of_point(options, run, number, checkpoint.journal), finished_blocks(checkpoint, number, *point));
+  }
+  return p;
+}
+
+}  // namespace
+
 checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const montecarlo::RunOptions& options,
                           const Checkpoint& checkpoint) {
   checkpoint::Part part;
   part.range = choice.range(run);
   part.shard = choice.shard;
   part.shards = choice.shards;
-  std::uint64_t done_before = 0, after = 0;
+  const std::uint64_t count = part.range.count();
   const auto trials_of = [&](std::uint64_t point) {
     if (run.is_large()) return run.trials_of(point) / choice.shards;
     const std::shared_ptr<const PointPlan> plan = run.plan(point);
     return montecarlo::trials_in(part_piece(run, choice, point).blocks, plan->trials(), plan->block_trials());
   };
+  std::uint64_t trials = 0;
   if (run.is_large())
-    after = trials_of(part.range.first) * part.range.count();
+    trials = trials_of(part.range.first) * count;
   else
-    for (std::uint64_t i = 0; i < part.range.count(); ++i) after += trials_of(part.range.point(i));
-  for (std::uint64_t i = 0; i < part.range.count(); ++i) {
-    const std::uint64_t number = part.range.point(i), trials = trials_of(number);
-    after -= std::min(after, trials);
-    montecarlo::RunOptions of_point = options;
-    if (options.progress)
-      of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
-        options.progress(done_before + done, done_before + expected + after);
-      };
-    checkpoint::PartPiece p{number, {}, 0, true};
-    try {
-      p = part_piece(run, choice, number);
-      const std::shared_ptr<const PointPlan> plan = run.plan(number);
-      if (p.whole || p.blocks.first < p.blocks.end) {  // else there are more shards than blocks
-        const auto kept_point = checkpoint.points.find(number);
-        if (plan->trials() == 0 && kept_point != checkpoint.points.end()) {
-          p.result = kept_point->second;
-          part.pieces.push_back(std::move(p));
-          continue;
+    for (std::uint64_t i = 0; i < count; ++i) trials += trials_of(part.range.point(i));
+  SweepProgress progress(options, trials);
+  montecarlo::compute_in_order(
+      count, threads_of(run, part.range, options),
+      [&](std::size_t i) {
+        const std::uint64_t number = part.range.point(i);
+        try {
+          return computed_piece(run, choice, number, count == 1, progress.of_point(options, trials_of(number)),
+                                checkpoint);
+        } catch (const InputError& e) {
+          if (!run.is_large()) throw;
+          checkpoint::PartPiece failed{number, {}, 0, true};
+          failed.failure = without_place(e.what());
+          return failed;
         }
-        const std::shared_ptr<const StudyPoint> point = run.prepare(number, of_point);
-        if (plan->trials() == 0) {
-          p.result = point_result_to_bytes(point_report(point, {}, of_point));
-          if (part.range.count() > 1) keep_point(checkpoint.journal, number, p.result);  // else it is done by now
-        } else if (p.whole) {
-          p.subtrees.push_back({0, 0, point_tally(run, number, *point, of_point, checkpoint)});
-        } else {
-          p.subtrees = montecarlo::run_block_range(
-              plan->trials(), p.blocks, [&](montecarlo::TrialBlock b) { return point->run_block(b); },
-              options_of_point(of_point, run, number, checkpoint.journal), finished_blocks(checkpoint, number, *point));
-        }
-      }
-    } catch (const InputError& e) {
-      if (!run.is_large()) throw;
-      p = {number, {}, 0, true};
-      p.failure = without_place(e.what());
-    }
-    done_before += trials;
-    part.pieces.push_back(std::move(p));
-  }
+      },
+      [&](std::size_t i, checkpoint::PartPiece piece) {
+        part.pieces.push_back(std::move(piece));
+        run.forget(part.range.point(i));
+      });
   part.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
   part.experiment = run.experiment.name();
   part.config = run.config.source_text();

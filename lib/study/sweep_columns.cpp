@@ -1,6 +1,7 @@
 #include "study/sweep_columns.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 namespace surveymc::study {
@@ -25,14 +26,16 @@ store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
 
 store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepValue>& sweep) {
   if (sweep.empty()) return t;
+  const auto with_keys = [&sweep](store::Table part) {
+    std::vector<store::Column> columns;
+    for (const config::SweepValue& v : sweep) columns.push_back(sweep_column(v, part.rows()));
+    std::move(part.columns.begin(), part.columns.end(), std::back_inserter(columns));
+    part.columns = std::move(columns);
+    return part;
+  };
+  if (t.is_held()) return with_keys(std::move(t));
   store::Table all;
-  store::for_each_piece(t, [&](const store::Table& piece, std::size_t) {
-    store::Table part = piece;
-    std::vector<store::Column> keys;
-    for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, piece.rows()));
-    part.columns.insert(part.columns.begin(), keys.begin(), keys.end());
-    store::append_rows(all, part);
-  });
+  store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { store::append_rows(all, with_keys(piece)); });
   return all;
 }
 

@@ -1,5 +1,6 @@
 # What every job of surveymc does; sourced by array.sbatch, mpi.sbatch and merge.sbatch, which say where it is.
 # shellcheck shell=bash
+export OMP_WAIT_POLICY="${OMP_WAIT_POLICY:-passive}"  # GCC's OpenMP reads it when it is loaded
 
 # The program: SURVEYMC, or the build of this checkout, or the one on the PATH.
 find_program() { # find_program surveymc|surveymc-mpi

@@ -1,5 +1,5 @@
 /* Makes one call of the system fail, for tests: LD_PRELOAD=libfault.so SURVEYMC_FAULT=CALL:N:FAULT program ...
- *   CALL   open, read, write, fsync, rename, place (renameat2), ftruncate, close, mkdir, mmap, malloc, thread, unlink, link, lock (flock),
+ *   CALL   open, read, write, fsync, rename, place (renameat2), ftruncate, close, mkdir, mmap, malloc, unlink, link, lock (flock),
  *          mode (fchmod), seek, stat, list (of a folder), fork or pipe
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
  *   FAULT  a name of kErrors: the call fails with it;
@@ -16,7 +16,6 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <pthread.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -31,10 +30,10 @@
 
 #include "server.h"
 
-enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread,
+enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc,
        kUnlink, kLink, kLock, kMode, kSeek, kStat, kList, kFork, kPipe, kPlace, kCalls };
 static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  "rename", "ftruncate",
-                                           "close", "mkdir", "mmap",  "malloc", "thread", "unlink",
+                                           "close", "mkdir", "mmap",  "malloc", "unlink",
                                            "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe",
                                            "place"};
 static atomic_ulong counts[kCalls];
@@ -254,11 +253,6 @@ void *mmap(void *address, size_t size, int protection, int flags, int file, off_
   if (hit(kMmap)) return MAP_FAILED;
   return (void *)syscall(SYS_mmap, address, size, protection, flags, file, at);
 }
-int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *), void *argument) {
-  NEXT(pthread_create);
-  return hit(kThread) ? EAGAIN : next_pthread_create(thread, attributes, run, argument);
-}
-
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
 void *malloc(size_t size) { return hit(kMalloc) ? NULL : __libc_malloc(size); }
 void *calloc(size_t count, size_t size) { return hit(kMalloc) ? NULL : __libc_calloc(count, size); }

@@ -31,12 +31,12 @@ from server import Servers
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 from surveymc import integrity  # noqa: E402
 
-DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
+DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 74, 75
 FAULTS = {"open": ["EMFILE", "EACCES", "EINTR"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
           "fsync": ["EIO", "EINTR"], "rename": ["EIO", "ENOSPC"], "place": ["EIO", "ENOSPC", "EINVAL", "EINVAL+"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
           "unlink": ["EACCES", "EIO"], "link": ["EPERM", "EIO", "ENOSPC"], "lock": ["ENOLCK", "EAGAIN", "EINTR"], "mode": ["EPERM"],
           "seek": ["EIO"], "stat": ["EIO", "EACCES", "ESTALE"], "list": ["EIO", "EACCES"], "fork": ["EAGAIN", "ENOMEM"], "pipe": ["EMFILE"],
-          "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
+          "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"]}
 # Every call that has to do with files; of thousands of requests for memory the first, and then fewer and fewer.
 MOST_SITES = {"malloc": 40, "mmap": 20}
 
@@ -124,7 +124,7 @@ def spread(sites, share):
     return [s for i, s in enumerate(sites) if int((i + 1) * share) > int(i * share)]
 
 
-ENDINGS = (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED)
+ENDINGS = (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED)
 # What runs long or takes time says so in its text: "identical: HASH (6000 trials in .1 s)".
 TIMES = re.compile(r"in [0-9.e-]+ m?s")
 CANNOT_REMOVE = ("unlink", "list", "lock", "stat")  # calls without which a file that is of no use any more stays
@@ -139,9 +139,9 @@ def wrong_end(site, done):
         return f"exit {done.returncode} without a journal: {done.stderr[-300:]}"
     if done.returncode not in ENDINGS:
         return f"exit {done.returncode}: {done.stderr[-300:]}"
-    if done.returncode == INTERNAL and "thread" not in done.stderr:
+    if done.returncode == INTERNAL:
         return f"exit 70: {done.stderr[-300:]}"
-    if done.returncode != DONE and not re.search(r"error: .*(\.h5|\.toml|\.csv|\.part|parts|journal|thread)", done.stderr):
+    if done.returncode != DONE and not re.search(r"error: .*(\.h5|\.toml|\.csv|\.part|parts|journal)", done.stderr):
         return f"exit {done.returncode} without a message that names a file: {done.stderr[-300:]!r}"
     return None
 

@@ -1,7 +1,5 @@
 #include "montecarlo/run_blocks.h"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <atomic>
 #include <random>
@@ -65,28 +63,6 @@ TEST_CASE("A kernel's exception reaches the caller") {
   };
   CHECK_THROWS_AS(run_blocks(10000, throws, {2}), InputError);
 }
-
-#if defined(__GLIBC__)
-TEST_CASE("Where a thread cannot be started nothing is called") {
-  pthread_attr_t usual, huge;
-  REQUIRE(pthread_getattr_default_np(&usual) == 0);
-  REQUIRE(pthread_getattr_default_np(&huge) == 0);
-  REQUIRE(pthread_attr_setstacksize(&huge, std::size_t{1} << 46) == 0);  // half of the address space
-  REQUIRE(pthread_setattr_default_np(&huge) == 0);
-  std::atomic<int> calls = 0;
-  const auto next = [&](int) { return ++calls < 10; };
-  CHECK_THROWS_AS(in_threads(
-                      3, [] { return false; }, next),
-                  NoThreads);
-  CHECK(calls == 0);
-  CHECK(pthread_setattr_default_np(&usual) == 0);
-  pthread_attr_destroy(&huge);
-  pthread_attr_destroy(&usual);
-  CHECK_NOTHROW(in_threads(
-      3, [] { return false; }, next));
-  CHECK(calls >= 10);
-}
-#endif
 
 TEST_CASE("A stop request ends the run with Interrupted") {
   std::atomic<bool> stop = false;

@@ -2,7 +2,6 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <future>
 #include <memory>
 #include <string>
 
@@ -51,34 +50,6 @@ std::string csv(const Table& t) { return to_csv(t); }
 Result result_with(const Table& t) { return {.provenance = {.title = "long", .experiment = "test"}, .tables = {t}}; }
 
 }  // namespace
-
-TEST_CASE("A table that is still being made is written as a held one is; what its thread throws leaves no file") {
-  const Table whole = numbered(0, 70'000);
-  const auto later = [&](const std::shared_future<Table>& made) {
-    Table t = rows_of(whole, 0, 0);
-    for (std::size_t c = 0; c < t.columns.size(); ++c)
-      t.columns[c].on_disk = std::make_shared<LaterValues>(whole.rows(), made, c);
-    return t;
-  };
-  const TemporaryFolder folder;
-  for (const bool is_moved : {false, true}) {
-    CAPTURE(is_moved);
-    const Table t = later(std::async(std::launch::async, [&] {
-                            Table made = whole;
-                            if (is_moved) move_to_disk(made);
-                            return made;
-                          }).share());
-    CHECK_FALSE(t.is_held());
-    CHECK(t.rows() == whole.rows());
-    write_result(folder / "later.h5", result_with(t));
-    CHECK(stored_content_hash(folder / "later.h5") == content_hash(result_with(whole)));
-    CHECK(content_hash(result_with(t)) == content_hash(result_with(whole)));
-    CHECK(csv(rows_of(t, 32'767, 3)) == csv(numbered(32'767, 3)));
-  }
-  const Table stopped = later(std::async(std::launch::async, []() -> Table { throw Interrupted("stopped"); }).share());
-  CHECK_THROWS_AS(write_result(folder / "stopped.h5", result_with(stopped)), Interrupted);
-  for (const auto& file : std::filesystem::directory_iterator(folder.path)) CHECK(file.path().filename() == "later.h5");
-}
 
 TEST_CASE("Rows come back from the disk as they were, wherever a piece begins") {
   const Table whole = numbered(0, 1000), t = on_disk(1000, 20);

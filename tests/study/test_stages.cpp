@@ -217,11 +217,12 @@ TEST_CASE("Points without trials that an earlier attempt has kept are not prepar
     const montecarlo::RunOptions options{.stop = &stop};
     const RunPlan run = task(0);
     const Checkpoint checkpoint{{}, &journal, {}};
-    const auto point = computed_points(run, options, checkpoint);
-    point(0);
-    CHECK(point(2).streams.at(0).values(1, 2) == std::vector<std::vector<double>>{{2, 2}});  // from memory, else {3, 3}
+    ComputedPoints points(run, options, checkpoint);
+    points.compute(0);
+    CHECK(points.compute(2).result.streams.at(0).values(1, 2) ==
+          std::vector<std::vector<double>>{{2, 2}});  // from memory, else {3, 3}
     stop = true;
-    CHECK_THROWS_AS(point(1), Interrupted);
+    CHECK_THROWS_AS(points.compute(1), Interrupted);
     CHECK(prepared() == Times{1, 0, 1, 0});
     REQUIRE(journal.sync());
   }

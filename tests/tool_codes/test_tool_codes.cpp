@@ -25,7 +25,7 @@ std::vector<SharedModel> from_text(const std::string& text, const std::string& f
   for (const ShippedModel& m : shipped_models())
     if (text.find("extends = '" + m.name + "'") != std::string::npos) files.push_back(shipped_document(m));
   Config config = Config::from_text("experiment = 'x'\nmodel = 'tool.toml'\n", "c.toml", {}, files);
-  return read_error_models(config.reader(0).toml("model"), "tool");
+  return read_error_models(config.reader(0).toml("model", ""), "tool");
 }
 
 std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
