@@ -22,7 +22,7 @@ set(share ${CMAKE_INSTALL_DATADIR}/surveymc)
 install(DIRECTORY configs DESTINATION ${share})
 # Scripts of users; those that build and check the project stay behind.
 install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
-  PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN compare_peers EXCLUDE
+  PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE
   REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
@@ -49,8 +49,8 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCL
 # Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is
 # one copy of each file; relative, so that the whole can be moved.
 set(SURVEYMC_PYTHON_DIR lib/python3/dist-packages CACHE STRING "where Python packages are installed, below the prefix")
-set(links "${CMAKE_INSTALL_BINDIR}/surveymc-import|import_survey.py" "${CMAKE_INSTALL_BINDIR}/surveymc-plot|draw_result.py"
-  "${CMAKE_INSTALL_BINDIR}/surveymc-report|report.py" "${CMAKE_INSTALL_BINDIR}/surveymc-studies|run_studies.py"
+set(links "${CMAKE_INSTALL_BINDIR}/surveymc-import|import_survey.sh" "${CMAKE_INSTALL_BINDIR}/surveymc-plot|plot.sh"
+  "${CMAKE_INSTALL_BINDIR}/surveymc-report|report.sh" "${CMAKE_INSTALL_BINDIR}/surveymc-studies|studies.sh"
   "${SURVEYMC_PYTHON_DIR}/surveymc|surveymc")
 foreach(link ${links})
   string(REPLACE "|" ";" parts ${link})

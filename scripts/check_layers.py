@@ -16,7 +16,8 @@ import re
 import subprocess
 import sys
 
-import streams
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from surveymc import streams  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ["base simd", "earth survey random stats error_model", "sensor estimate single_station chained propagate reliability monitoring rare",

@@ -16,8 +16,8 @@ rm results/quickstart.log
 build/surveymc run configs/thesis/noise_scale.toml -o results/noise_scale.h5 | tail -n 2
 echo
 echo "figures:"
-scripts/plot_msa_position.py results/quickstart.h5
-scripts/plot_msa_position.py results/noise_scale.h5
+scripts/plot.sh msa_position results/quickstart.h5
+scripts/plot.sh msa_position results/noise_scale.h5
 echo
 echo "every study and one page with all results: scripts/run_all.sh --quick    then open results/quick/report.html"
 echo "what is in it: build/surveymc show results/quickstart.h5    again, elsewhere: build/surveymc rerun results/quickstart.h5"

@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kScript = "import_survey.py";
+constexpr const char* kScript = "import_survey.sh";
 constexpr const char* kNorth = "azimuth-reference";  // with kUnusual the only options that our own form has, too
 constexpr const char* kUnusual = "unusual";
 

@@ -17,7 +17,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-import streams  # noqa: E402
+from surveymc import streams  # noqa: E402
 
 
 def main():

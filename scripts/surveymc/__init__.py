@@ -10,31 +10,42 @@
 
 Frames and units are those of surveymc's docs/conventions.md: north, east, vertical (down) in metres; azimuths in degrees
 clockwise from north. Nothing stays open: every access opens the file, reads, and closes it.
+
+The package also holds the commands: surveymc.plots draws results, surveymc.report makes a page of them, surveymc.importer
+reads surveys in other forms, surveymc.run_studies runs all configs. Each is loaded when it is asked for.
 """
 
-import importlib.util as _importlib
+import importlib as _importlib
+import importlib.util as _util
 
-_missing = [name for name in ("h5py", "numpy", "xxhash") if _importlib.find_spec(name) is None]
-if _missing:
-    import sys as _sys
-
-    raise ImportError(
-        f"surveymc needs {', '.join(_missing)}, which {_sys.executable} does not have. Install what is missing "
-        f"({_sys.executable} -m pip install {' '.join(_missing)}; on Debian: sudo apt install "
-        f"{' '.join('python3-' + name for name in _missing)}), or use the Python that has it: on Debian /usr/bin/python3.",
-        name=_missing[0])
-
-from .ellipse import Ellipse  # noqa: E402
-from .figures import Figures, plot  # noqa: E402
-from .program import RunError, find_program, run, sweep  # noqa: E402
-from .result import NotFound, Result  # noqa: E402
-from .storage import ResultError  # noqa: E402
-
-__all__ = ["Ellipse", "Figures", "NotFound", "Result", "ResultError", "RunError", "find_program", "open", "plot", "run",
-           "sweep"]
+_PLACES = {"Ellipse": "ellipse", "Figures": "figures", "NotFound": "result", "Result": "result", "ResultError": "storage",
+           "RunError": "program", "find_program": "program", "plot": "figures", "run": "program", "sweep": "program"}
+__all__ = [*sorted(_PLACES), "open"]
 __version__ = "0.1.0"
+
+
+def __getattr__(name):
+    """What reads results needs h5py; the importer, in the same package, must do without it."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'surveymc' has no attribute '{name}'")
+    missing = [m for m in ("h5py", "numpy", "xxhash") if _util.find_spec(m) is None]
+    if missing:
+        import sys
+
+        raise ImportError(
+            f"surveymc needs {', '.join(missing)}, which {sys.executable} does not have. Install what is missing "
+            f"({sys.executable} -m pip install {' '.join(missing)}; on Debian: sudo apt install "
+            f"{' '.join('python3-' + m for m in missing)}), or use the Python that has it: on Debian /usr/bin/python3.",
+            name=missing[0])
+    found = getattr(_importlib.import_module(f".{_PLACES[name]}", __name__), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__():
+    return sorted({*globals(), *_PLACES})
 
 
 def open(path):
     """The result in the file `path`. ResultError if it cannot be read or is not a result of surveymc."""
-    return Result(path)
+    return __getattr__("Result")(path)

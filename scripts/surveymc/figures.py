@@ -33,14 +33,6 @@ def _base64(path):
         return base64.b64encode(file.read()).decode("ascii")
 
 
-def scripts_folder():
-    """The folder of the plot scripts: around this package in a source tree and an installation, within it in a wheel."""
-    for folder in (os.path.dirname(_PACKAGE), os.path.join(_PACKAGE, "scripts")):
-        if os.path.exists(os.path.join(folder, "draw_result.py")):
-            return folder
-    raise ResultError(f"{_PACKAGE}: the plot scripts were not installed with this package")
-
-
 def plot(result, folder=None, point=None):
     """Draws all figures of a result (a Result or a path) and returns their Figures.
 
@@ -52,14 +44,14 @@ def plot(result, folder=None, point=None):
     except OSError as error:
         raise ResultError(f"{tempfile.gettempdir()}: cannot make a folder for the figures: {error.strerror}") from None
     folder = os.fspath(folder) if folder else temporary
-    path, folder = (f"./{p}" if p.startswith("-") else p for p in (os.fspath(getattr(result, "path", result)), folder))  # no options
-    command = [sys.executable, os.path.join(scripts_folder(), "draw_result.py"), path, "-o", folder,
+    result_path, folder = (f"./{p}" if p.startswith("-") else p for p in (os.fspath(getattr(result, "path", result)), folder))  # no options
+    command = [sys.executable, "-P", "-m", "surveymc.plots", result_path, "-o", folder,
                *(["--point", str(point)] if point is not None else [])]
     path = os.pathsep.join(p for p in (os.path.dirname(_PACKAGE), os.environ.get("PYTHONPATH")) if p)
     try:
         done = subprocess.run(command, capture_output=True, env={**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"})
     except (OSError, ValueError) as error:  # no memory for a process, a zero byte in a name
-        raise ResultError(f"{command[2]}: cannot be drawn: {getattr(error, 'strerror', None) or error}") from None
+        raise ResultError(f"{result_path}: cannot be drawn: {getattr(error, 'strerror', None) or error}") from None
     names = [os.path.basename(p) for p in done.stdout.decode(errors="replace").split("\n")]  # the folder may be printed as escapes
     figures = Figures([os.path.join(folder, n) for n in names if n.endswith(".png")], temporary)
     if done.returncode:

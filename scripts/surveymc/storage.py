@@ -1,4 +1,4 @@
-"""Opens result files. Everything of this package and of the plot scripts that reads one goes through `open_file`, so that a
+"""Opens result files. Everything of this package and of the drawers that reads one goes through `open_file`, so that a
 file is checked in one place."""
 
 import math
@@ -8,7 +8,7 @@ import stat
 import h5py
 import numpy as np
 
-from surveymc import integrity
+from . import integrity
 
 FORMAT, FORMAT_VERSION = "surveymc", 1
 

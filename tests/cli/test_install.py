@@ -40,11 +40,11 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
             assert named and "opyright" in (licences / named[1]).read_text(), f"{file}: {index}"
         assert any(f.stat().st_size > 0 for f in (licences / "common-licenses").iterdir())
     for part, pattern in (("configs", "**/*.toml"), ("configs", "**/*.csv"), ("docs", "*.md"), ("docs", "tutorials/*"),
-                          ("scripts", "plot_*.py"), ("scripts", "surveymc/*.py")):
+                          ("scripts", "surveymc/**/*.py")):
         there = moved / "share/doc/surveymc" if part == "docs" else share
         for file in (source / part).glob(pattern):
             assert (there / part / file.relative_to(source / part)).is_file(), file
-    left = [f for f in share.rglob("*") if f.name in ("__pycache__", "run_all.sh", "bootstrap.sh", "check_docs.py", "sanitize.sh")]
+    left = [f for f in share.rglob("*") if f.name in ("__pycache__", "run_all.sh", "bootstrap.sh", "check_layers.py", "sanitize.sh")]
     assert not left, left
 
     environment = {**os.environ, "PYTHONPATH": str(moved / "lib/python3/dist-packages"), "PYTHONDONTWRITEBYTECODE": "1",

@@ -143,7 +143,7 @@ class Keys(unittest.TestCase):
                 self.assertNotRegex(row["meaning"], r"[A-Z][a-z]+ error:|\.$", f"{experiment}: {key}")
 
     def test_the_page_of_keys_is_what_the_program_says(self):
-        done = subprocess.run([sys.executable, SOURCE / "scripts/key_tables.py", EXECUTABLE, SOURCE / "docs/keys.md", "--check"],
+        done = subprocess.run([sys.executable, SOURCE / "tests/docs/key_tables.py", EXECUTABLE, SOURCE / "docs/keys.md", "--check"],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
 

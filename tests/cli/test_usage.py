@@ -71,12 +71,12 @@ class CommandLine(Case):
         self.refused(BAD_INPUT, "check", "base.toml", "--set", "nonsense=1", says="unknown key")
 
     def test_scripts_of_users_end_so_too(self):
-        scripts = [["report.py", "--nonsense", "x.h5"], ["import_survey.py", "--nonsense", "x.csv"], ["import_survey.py"],
-                   ["run_studies.py", "--nonsense"], ["draw_result.py"], ["plot_msa_position.py", "x.h5", "--nonsense"]]
+        scripts = [["report", "--nonsense", "x.h5"], ["import_survey", "--nonsense", "x.csv"], ["import_survey"],
+                   ["studies", "--nonsense"], ["plot"], ["plot", "msa_position", "x.h5", "--nonsense"]]
         for words in scripts:
             with self.subTest(words=words):
-                self.script_refused(words[0], *words)
-        self.script_refused("did you mean --quick\\?", "run_studies.py", "--qiuck")
+                self.script_refused(f"surveymc-{dict(import_survey='import').get(words[0], words[0])}", *words)
+        self.script_refused("did you mean --quick\\?", "studies", "--qiuck")
 
     def test_a_slurm_that_does_not_answer_is_said_so(self):
         (self.folder / "bin").mkdir()
@@ -92,7 +92,7 @@ class CommandLine(Case):
 
     def script_refused(self, says, script, *words):
         with self.untouched():
-            done = subprocess.run(["/usr/bin/python3", test_cli.SOURCE / "scripts" / script, *words], cwd=self.folder,
+            done = subprocess.run([test_cli.SOURCE / "scripts" / f"{script}.sh", *words], cwd=self.folder,
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, USAGE, done.stderr)
         self.assertRegex(done.stderr, says)

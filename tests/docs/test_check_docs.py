@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""scripts/check_docs.py: a right number passes, and whatever is wrong with a page is found: test_check_docs.py SOURCE
+"""check_docs.py: a right number passes, and whatever is wrong with a page is found: test_check_docs.py SOURCE
 
 Runs on pages of its own and on a program that stands in for surveymc: it writes a result file at once, so that the values
 are known: 100 in large runs, 103 ± 4 in small ones.

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""import_survey.py: every form it reads, with no digit lost, and every bad input told with place, value, rule, way out.
+"""surveymc.importer: every form it reads, with no digit lost, and every bad input told with place, value, rule, way out.
 
     test_import.py [SURVEYMC]      with the program: it reads what is written
 """
@@ -19,11 +19,11 @@ import unittest
 import zipfile
 from unittest import mock
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.py"
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.sh"
 sys.path.insert(0, str(SCRIPT.parent))
-import import_survey  # noqa: E402
-from survey_import import columns, output  # noqa: E402
-from survey_import.problem import Problem  # noqa: E402
+from surveymc.importer import __main__ as import_survey  # noqa: E402
+from surveymc.importer import output  # noqa: E402
+from surveymc.importer.problem import Problem  # noqa: E402
 
 PROGRAM = None
 STATIONS = [("1000.10", "2.50", "45.00"), ("1030.0", "4.8", "46.25"), ("1060.55", "7.125", "46.5")]

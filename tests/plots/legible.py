@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-import plotting  # noqa: E402
+import matplotlib  # noqa: E402
 
 SLACK = 2  # pixels of 100 dpi by which boxes may share: a box is wider than its letters
 RAW_KEY = re.compile(r"\b[a-z]+(?:_[a-z]+)*\.[a-z]\w*_\w+|\b[a-z]+_(?:nT|mps2|mg|deg|m)\b")
@@ -16,18 +16,18 @@ def _words(text):
 
 def drawn_texts(figure, renderer):
     """All visible texts of a figure with their boxes; labels of ticks beyond the limits of an axis are not drawn."""
-    found = [t for t in figure.findobj(plotting.matplotlib.text.Text) if t.get_visible() and _words(t)]
+    found = [t for t in figure.findobj(matplotlib.text.Text) if t.get_visible() and _words(t)]
     hidden = set()
-    for ax in figure.findobj(plotting.matplotlib.axes.Axes):
+    for ax in figure.findobj(matplotlib.axes.Axes):
         if not ax.get_visible() or ax.name == "3d":  # ticks in space are placed as they are drawn
-            hidden.update(map(id, ax.findobj(plotting.matplotlib.text.Text)))
+            hidden.update(map(id, ax.findobj(matplotlib.text.Text)))
             continue
         for axis in (ax.xaxis, ax.yaxis):
             shown = {id(t) for tick in axis._update_ticks() for t in (tick.label1, tick.label2)} if ax.axison else set()
             every = {id(t) for tick in axis.get_major_ticks() + axis.get_minor_ticks() for t in (tick.label1, tick.label2)}
             hidden |= every - shown
         if not ax.axison:
-            hidden.update(id(t) for axis in (ax.xaxis, ax.yaxis) for t in axis.findobj(plotting.matplotlib.text.Text))
+            hidden.update(id(t) for axis in (ax.xaxis, ax.yaxis) for t in axis.findobj(matplotlib.text.Text))
     boxes = []
     for text in found:
         if id(text) in hidden:

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures depend on the data only: same_bytes.py RESULT.h5 ... Every plot script that studies.toml names for a result draws it
+"""Figures depend on the data only: same_bytes.py RESULT.h5 ... Every drawer that studies.toml names for a result draws it
 twice, as programs of their own with other seeds of Python's hashes: the same files with the same bytes. Some minutes.
 """
 import os
@@ -10,8 +10,8 @@ from pathlib import Path
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
-import studies  # noqa: E402
 import surveymc  # noqa: E402
+from surveymc import studies  # noqa: E402
 
 CHOOSE_A_POINT = 64
 
@@ -20,7 +20,7 @@ def drawn(script, result, seed):
     """{name: bytes} of what a script draws; None where it draws nothing of such a result."""
     for point in ([], ["--point", "0"]):
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run([sys.executable, SCRIPTS / script, result, "-o", folder, *point], capture_output=True, text=True,
+            done = subprocess.run([SCRIPTS / "plot.sh", script, result, "-o", folder, *point], capture_output=True, text=True,
                                   env={**os.environ, "PYTHONHASHSEED": seed})
             if done.returncode == 0:
                 return {p.name: p.read_bytes() for p in Path(folder).iterdir()}
@@ -33,7 +33,7 @@ def drawn(script, result, seed):
 def main(results):
     known, wrong, figures = studies.load(), [], 0
     for result in results:
-        for script in known[surveymc.open(result).experiment].scripts_for(result):
+        for script in known[surveymc.open(result).experiment].drawers_for(result):
             first = drawn(script, result, "1")
             second = drawn(script, result, "2") if first else first
             figures += len(first or {})

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_monitoring.py. Needs a result of drift_monitoring with series (SURVEYMC_RESULT) and one of a
+"""Tests of surveymc.plots.monitoring. Needs a result of drift_monitoring with series (SURVEYMC_RESULT) and one of a
 sweep (SURVEYMC_SWEEP_RESULT)."""
 import os
 import unittest
@@ -8,10 +8,11 @@ import matplotlib
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-import drawing
-import mwd_drift_figures
-import plot_monitoring as plot
-import plotting
+import plot_case
+from surveymc.plots import mwd_drift_figures
+from surveymc.plots import monitoring as plot
+from surveymc import arguments
+from surveymc.plots import reading
 
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
@@ -25,10 +26,10 @@ class Parts(unittest.TestCase):
         self.assertEqual(plot.runs([0, 0]), [])
 
     def test_sensors_shown(self):
-        series = plotting.Table("series", {"sensor": ["a", "b", "c"], "drift_z": np.array([0.0, 1.0, 2.0])})
+        series = reading.Table("series", {"sensor": ["a", "b", "c"], "drift_z": np.array([0.0, 1.0, 2.0])})
         self.assertEqual(plot.shown_sensors(series, None), ["b", "a"])
         self.assertEqual(plot.shown_sensors(series, ["c"]), ["c"])
-        with self.assertRaisesRegex(plotting.PlotError, "no sensor 'd'"):
+        with self.assertRaisesRegex(reading.PlotError, "no sensor 'd'"):
             plot.shown_sensors(series, ["d"])
 
 
@@ -41,8 +42,8 @@ class Captions(unittest.TestCase):
     """Levels, margins and scales are those of the tables."""
 
     def tables(self, path, experiment, *names):
-        with plotting.open_result(path, experiment) as file:
-            found = [plotting.read_table(file, n) for n in names]
+        with reading.open_result(path, experiment) as file:
+            found = [reading.read_table(file, n) for n in names]
         for table in found:
             table.long_name = table.long_name.replace("95 %", "80 %")
             table.confidence = 0.8
@@ -52,8 +53,8 @@ class Captions(unittest.TestCase):
     def test_levels_of_drift_monitoring(self):
         delay, blame, operating = self.tables(SWEEP, "drift_monitoring", "delay", "blame", "operating")
         keys = ["sprt.shift_z"]
-        points = plotting.sweep_points(blame, keys)
-        of = [plotting.at_point(t, keys, points[0]) for t in (delay, blame, operating)]
+        points = reading.sweep_points(blame, keys)
+        of = [reading.at_point(t, keys, points[0]) for t in (delay, blame, operating)]
         for figure in (plot.operating_figure("t", delay, blame, keys, points), plot.delay_figure("t", of[0], of[1], None),
                        plot.curves_figure("t", of[2])):
             self.assertIn("80 % interval", words(figure))
@@ -64,7 +65,7 @@ class Captions(unittest.TestCase):
         delay, blame = self.tables(SWEEP, "drift_monitoring", "delay", "blame")
         delay["delay_q95_h"][:] = np.inf
         keys = ["sprt.shift_z"]
-        points = plotting.sweep_points(blame, keys)
+        points = reading.sweep_points(blame, keys)
         finite = delay["delay_q50_h"][np.isfinite(delay["delay_q50_h"])]
         top = plot.operating_figure("t", delay, blame, keys, points).axes[0].get_ylim()[1]
         self.assertGreater(top, np.max(finite))
@@ -75,7 +76,7 @@ class Captions(unittest.TestCase):
     @unittest.skipUnless(MWD, "SURVEYMC_MWD_RESULT is not set")
     def test_levels_and_margins_of_mwd_drift(self):
         curve, comparison = self.tables(MWD, "mwd_drift", "alarm_curve", "comparison")
-        points = plotting.sweep_points(curve, ["case"])
+        points = reading.sweep_points(curve, ["case"])
         verdicts = mwd_drift_figures.verdicts_figure("t", comparison, ["case"], points)
         for figure in (verdicts, mwd_drift_figures.detection_figure("t", curve, ["case"], points)):
             self.assertIn("80 % interval", words(figure))
@@ -89,8 +90,8 @@ class Captions(unittest.TestCase):
 
 
 @unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")
-class Figures(drawing.Drawing):
-    script = "plot_monitoring.py"
+class Figures(plot_case.Drawing):
+    script = "monitoring"
 
     def test_files(self):
         self.assert_drawn([f"drift_csv_{n}" for n in ("decisions", "delay", "predictions")], RESULT)
@@ -101,9 +102,9 @@ class Figures(drawing.Drawing):
     @unittest.skipUnless(MWD, "SURVEYMC_MWD_RESULT is not set")
     def test_mwd_drift(self):
         self.assert_drawn([f"mwd_drift_{n}" for n in ("detection", "point1_tracks", "verdicts")], MWD, "--point", "1")
-        self.refused(plotting.USAGE, "--point 2", MWD, "--point", "2")
-        with plotting.open_result(MWD, "mwd_drift") as file:
-            series = plotting.at_point(plotting.read_table(file, "series"), ["case"], ("Gx",))
+        self.refused(arguments.USAGE, "--point 2", MWD, "--point", "2")
+        with reading.open_result(MWD, "mwd_drift") as file:
+            series = reading.at_point(reading.read_table(file, "series"), ["case"], ("Gx",))
         figure = mwd_drift_figures.tracks_figure("title", series)
         ax = next(a for a in figure.axes if a.get_title() == "Gx: drifts")
         self.assertEqual(ax.get_ylabel(), "Bias (mg)")
@@ -111,8 +112,8 @@ class Figures(drawing.Drawing):
         self.assertAlmostEqual(true.get_ydata()[-1], 1.0)
 
     def test_predictions_are_in_the_units_of_the_sensor(self):
-        with plotting.open_result(RESULT, "drift_monitoring") as file:
-            series, model = plotting.read_table(file, "series"), plot.read_model(file, [], ())
+        with reading.open_result(RESULT, "drift_monitoring") as file:
+            series, model = reading.read_table(file, "series"), plot.read_model(file, [], ())
         self.assertEqual(model.units["pdg_kPa"], "kPa")
         s = plot.of_sensor(series, "pdg_kPa")
         figure = plot.predictions_figure("title", series, model, ["pdg_kPa"])
@@ -121,9 +122,9 @@ class Figures(drawing.Drawing):
         self.assertTrue(12000 < np.median(line.get_ydata()) < 14500)  # bottom-hole pressures of this well
 
     def test_wrong_use(self):
-        self.refused(plotting.USAGE, "--point 9", SWEEP, "--point", "9")
-        self.refused(plotting.USAGE, "no sensor 'x'", RESULT, "--sensors", "x")
-        self.refused(plotting.BAD_DATA, "not an HDF5 file", str(drawing.SCRIPTS / self.script))
+        self.refused(arguments.USAGE, "--point 9", SWEEP, "--point", "9")
+        self.refused(arguments.USAGE, "no sensor 'x'", RESULT, "--sensors", "x")
+        self.refused(reading.BAD_DATA, "not an HDF5 file", __file__)
 
 
 if __name__ == "__main__":

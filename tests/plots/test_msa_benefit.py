@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_msa_benefit.py: test_msa_benefit.py RESULT.h5"""
+"""Tests of surveymc.plots.msa_benefit: test_msa_benefit.py RESULT.h5"""
 import os
 import shutil
 import sys
@@ -8,9 +8,9 @@ import unittest
 
 import numpy as np
 
-import drawing
-import plot_msa_benefit
-import plotting
+import plot_case
+from surveymc.plots import msa_benefit
+from surveymc.plots import reading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -19,11 +19,11 @@ RESULT = ""
 
 
 def draw(*arguments):
-    return drawing.draw("plot_msa_benefit.py", *arguments)
+    return plot_case.draw("msa_benefit", *arguments)
 
 
-class Figures(drawing.Drawing):
-    script = "plot_msa_benefit.py"
+class Figures(plot_case.Drawing):
+    script = "msa_benefit"
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -41,10 +41,10 @@ class Figures(drawing.Drawing):
         self.assert_drawn([f"msa_benefit_{q}_ratio" for q in ("azimuth", "lateral")], RESULT)
 
     def test_panels_are_the_points_of_the_sweep(self):
-        with plotting.open_result(RESULT, "msa_benefit") as file:
-            values, axes = plot_msa_benefit.read_map(file, "azimuth_ratio")
+        with reading.open_result(RESULT, "msa_benefit") as file:
+            values, axes = msa_benefit.read_map(file, "azimuth_ratio")
         self.assertEqual([a[0] for a in axes], ["case", "inclination", "azimuth"])
-        panels = sum(plot_msa_benefit.panels_of(values, axes), [])
+        panels = sum(msa_benefit.panels_of(values, axes), [])
         self.assertEqual([name for name, _ in panels], list(axes[0][1]))
         for (_, shown), expected in zip(panels, values):
             np.testing.assert_array_equal(shown, expected)
@@ -66,7 +66,7 @@ class Figures(drawing.Drawing):
 
         for change, word in ((no_map, "no map"), (other, "msa_position")):
             run = draw(self.changed(change))
-            self.assertEqual(run.returncode, plotting.BAD_DATA)
+            self.assertEqual(run.returncode, reading.BAD_DATA)
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
             self.assertIn(word, run.stderr)
 

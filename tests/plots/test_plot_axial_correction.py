@@ -1,19 +1,19 @@
 #!/usr/bin/python3
-"""Figures of scripts/plot_axial_correction.py from the smoke run: SURVEYMC_RESULT names its file."""
+"""Figures of surveymc.plots.axial_correction from the smoke run: SURVEYMC_RESULT names its file."""
 import os
 import unittest
 
 import numpy as np
 
-import drawing
-import plot_axial_correction as plot
-import plotting
+import plot_case
+from surveymc.plots import axial_correction as plot
+from surveymc.plots import reading
 
 RESULT = os.environ["SURVEYMC_RESULT"]
 
 
-class AxialCorrection(drawing.Drawing):
-    script = "plot_axial_correction.py"
+class AxialCorrection(plot_case.Drawing):
+    script = "axial_correction"
 
     def test_figures(self):
         for point in (0, 1):
@@ -21,7 +21,7 @@ class AxialCorrection(drawing.Drawing):
             self.assertEqual(sorted(self.figures(RESULT, "--point", str(point))), names)
 
     def test_points_of_monte_carlo_are_promised_only_where_they_are(self):
-        with plotting.open_result(RESULT, "axial_correction") as file:
+        with reading.open_result(RESULT, "axial_correction") as file:
             methods, inclination, azimuth, error, sd, table, _, _ = plot.read(file, 0)
         self.assertNotIn(35.0, azimuth)  # the only azimuth that was drawn: not one of the maps
         near = int(np.argmin(np.abs(azimuth - 35)))

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of scripts/plot_chained.py from the smoke runs: SURVEYMC_SMOKE_RESULTS names their folder."""
+"""Figures of surveymc.plots.chained from the smoke runs: SURVEYMC_SMOKE_RESULTS names their folder."""
 import argparse
 import contextlib
 import io
@@ -8,15 +8,15 @@ import unittest
 
 import numpy as np
 
-import drawing
-import plot_chained
-import plotting
+import plot_case
+from surveymc.plots import chained
+from surveymc.plots import reading
 
 FOLDER = os.environ["SURVEYMC_SMOKE_RESULTS"]
 
 
-class Chained(drawing.Drawing):
-    script = "plot_chained.py"
+class Chained(plot_case.Drawing):
+    script = "chained"
 
     def check(self, result, names):
         self.assert_drawn(names, os.path.join(FOLDER, result + ".h5"))
@@ -35,13 +35,13 @@ class Chained(drawing.Drawing):
         self.refused(64, "--point 2", result, "--point", "2")
 
     def test_a_large_sweep_is_drawn_in_part(self):
-        with plotting.open_result(os.path.join(FOLDER, "chained_outliers.h5"), "chained_multistation") as file:
-            table = plotting.read_table(file, "outliers")
+        with reading.open_result(os.path.join(FOLDER, "chained_outliers.h5"), "chained_multistation") as file:
+            table = reading.read_table(file, "outliers")
         keys, rows = ["case"], table.rows
-        many = plotting.Table("outliers", {k: [f"case {i}" for i in range(40) for _ in range(rows)] if k == "case" else
+        many = reading.Table("outliers", {k: [f"case {i}" for i in range(40) for _ in range(rows)] if k == "case" else
                                            (list(v) * 40 if isinstance(v, list) else np.tile(v, 40)) for k, v in table.items()}, table.long_name)
         with contextlib.redirect_stderr(io.StringIO()) as said:
-            title, shown = plot_chained.shown_cases(argparse.Namespace(point=None, result="r.h5"), "Run", many, keys)
+            title, shown = chained.shown_cases(argparse.Namespace(point=None, result="r.h5"), "Run", many, keys)
         self.assertEqual((title, len(set(shown["case"]))), ("Run (the first 12 of 40 points)", 12))
         self.assertIn("points 0 to 11 of 40", said.getvalue())
 

@@ -7,9 +7,9 @@ import sys
 import tempfile
 import unittest
 
-import drawing
-import plot_calibration
-import plotting
+import plot_case
+from surveymc.plots import calibration as plot
+from surveymc.plots import reading
 
 EXECUTABLE, SOURCE, SMOKE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 
@@ -21,31 +21,31 @@ class Claims(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def plot(self, script, result, code=0):
-        done = drawing.draw(script, result, "-o", self.folder)
+        done = plot_case.draw(script, result, "-o", self.folder)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertNotIn("Traceback", done.stderr)
         return sorted(p.name for p in self.folder.glob("*.png")), done.stderr
 
     def test_what_a_result_claims(self):
-        names, _ = self.plot("plot_calibration.py", SMOKE / "calibration.h5")
+        names, _ = self.plot("calibration", SMOKE / "calibration.h5")
         for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
                        "calibration_point1_looks.png", "calibration_point1_merit.png"]:
             self.assertIn(figure, names)
 
     def test_levels_are_those_of_the_tables(self):
-        with plotting.open_result(SMOKE / "calibration.h5", "msa_position") as file:
-            found = {n: plotting.read_table(file, n) for n in ("calibration", "pit", "looks")}
+        with reading.open_result(SMOKE / "calibration.h5", "msa_position") as file:
+            found = {n: reading.read_table(file, n) for n in ("calibration", "pit", "looks")}
         keys = [k for k in found["looks"] if "." in k]
-        point = plotting.sweep_points(found["looks"], keys)[0]
-        calibration, pit, looks = (plotting.at_point(t, keys, point) for t in found.values())
+        point = reading.sweep_points(found["looks"], keys)[0]
+        calibration, pit, looks = (reading.at_point(t, keys, point) for t in found.values())
         self.assertEqual(calibration.confidence, 0.95)  # "..., simultaneous intervals at 95 %"
         widths = {}
-        self.addCleanup(setattr, plot_calibration, "MOST_PANELS", plot_calibration.MOST_PANELS)
-        plot_calibration.MOST_PANELS = 2
+        self.addCleanup(setattr, plot, "MOST_PANELS", plot.MOST_PANELS)
+        plot.MOST_PANELS = 2
         for level in (0.95, 0.8):
             calibration.confidence = looks.confidence = level
-            figures = [plot_calibration.calibration_figure("t", calibration, pit), plot_calibration.histogram_figure("t", calibration, pit),
-                       plot_calibration.looks_figure("t", looks)]
+            figures = [plot.calibration_figure("t", calibration, pit), plot.histogram_figure("t", calibration, pit),
+                       plot.looks_figure("t", looks)]
             for figure in figures:
                 said = " ".join(t.get_text() for t in figure.legends[0].get_texts())
                 self.assertIn(f"{100 * level:g} %", said)
@@ -63,11 +63,11 @@ class Claims(unittest.TestCase):
                             "--set", 'calibration.truth="as_is"'], check=True, timeout=200)
         os.environ["SURVEYMC"] = str(EXECUTABLE)
         for other, name in ((runs[1], "seed2_difference.png"), (runs[2], "seed3_difference.png")):
-            done = drawing.draw("draw_difference.py", runs[0], other, "-o", self.folder)
+            done = plot_case.draw("difference", runs[0], other, "-o", self.folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue((self.folder / name).exists())
         # The same draws: nothing that chance can move.
-        done = drawing.draw("draw_difference.py", runs[0], runs[0])
+        done = plot_case.draw("difference", runs[0], runs[0])
         self.assertEqual(done.returncode, 65)
         self.assertIn("no value that chance can move", done.stderr)
 
@@ -76,15 +76,15 @@ class Claims(unittest.TestCase):
         subprocess.run([EXECUTABLE, "run", SOURCE / "configs/sweeps/msa_harm_boundary.toml", "-o", result, "--quiet",
                         "--set", "sweep.inclination_deg=[10.0, 60.0, 110.0]", "--set", "sweep.azimuth_deg=[0.0, 60.0, 120.0]",
                         "--set", "sweep.well.stations=[10, 30]"], check=True, timeout=200)
-        self.assertEqual(self.plot("plot_refined.py", result)[0], ["harm_refined.png"])
+        self.assertEqual(self.plot("refined", result)[0], ["harm_refined.png"])
 
     def test_what_explains_a_quantity(self):
-        self.assertEqual(self.plot("plot_sensitivity.py", SMOKE / "sensitivity.h5")[0], ["sensitivity_sensitivity_semi_major_m.png"])
+        self.assertEqual(self.plot("sensitivity", SMOKE / "sensitivity.h5")[0], ["sensitivity_sensitivity_semi_major_m.png"])
 
     def test_other_results_are_refused_in_a_line(self):
-        self.assertIn("has no [refine]", self.plot("plot_refined.py", SMOKE / "calibration.h5", code=65)[1])
-        self.assertIn("has no [sensitivity]", self.plot("plot_sensitivity.py", SMOKE / "reliability_map.h5", code=65)[1])
-        self.assertIn("has neither calibration", self.plot("plot_calibration.py", SMOKE / "reliability_map.h5", code=65)[1])
+        self.assertIn("has no [refine]", self.plot("refined", SMOKE / "calibration.h5", code=65)[1])
+        self.assertIn("has no [sensitivity]", self.plot("sensitivity", SMOKE / "reliability_map.h5", code=65)[1])
+        self.assertIn("has neither calibration", self.plot("calibration", SMOKE / "reliability_map.h5", code=65)[1])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of plot_clearance.py on the smoke result, whose path is in the environment variable SURVEYMC_RESULT. Without it they
+"""Tests of the drawer clearance on the smoke result, whose path is in the environment variable SURVEYMC_RESULT. Without it they
 are skipped."""
 import os
 import types
@@ -7,17 +7,17 @@ import unittest
 
 import numpy as np
 
-import drawing
-import plot_clearance as plot
-import plotting
+import plot_case
+from surveymc.plots import clearance as plot
+from surveymc.plots import reading, wording
 
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 FIGURES = ("ladder", "separation", "cylinder", "views", "relative", "cloud")
 
 
 @unittest.skipUnless(RESULT, "SURVEYMC_RESULT is not set")
-class Clearance(drawing.Drawing):
-    script = "plot_clearance.py"
+class Clearance(plot_case.Drawing):
+    script = "clearance"
 
     def test_every_figure_is_drawn_in_both_forms(self):
         self.assert_drawn([f"clearance_{f}" for f in FIGURES], RESULT)
@@ -27,7 +27,7 @@ class Clearance(drawing.Drawing):
         self.refused(65, "no such file", RESULT + ".none")
 
     def data(self):
-        with plotting.open_result(RESULT, "clearance") as file:
+        with reading.open_result(RESULT, "clearance") as file:
             return plot.Clearance(file, types.SimpleNamespace(result=RESULT, point=None))
 
     def titles(self, figure):
@@ -38,8 +38,8 @@ class Clearance(drawing.Drawing):
         least = {d: data.least_row("sidetrack", direction=d)["continuous"] for d in ("reference", "offset")}
         self.assertLess(least["offset"], least["reference"])
         title = next(t for t in self.titles(plot.ladder(data)) if t.startswith("sidetrack"))
-        self.assertIn(f"along the reference {plotting.number(least['reference'])} at", title)
-        self.assertTrue(title.endswith(f"along the offset {plotting.number(least['offset'])}"), title)
+        self.assertIn(f"along the reference {wording.number(least['reference'])} at", title)
+        self.assertTrue(title.endswith(f"along the offset {wording.number(least['offset'])}"), title)
         self.assertNotIn("along the offset", next(t for t in self.titles(plot.ladder(data)) if t.startswith("winding")))
 
     def test_the_worst_factor_is_drawn_where_it_lies_below_the_axis(self):

@@ -1,14 +1,14 @@
 #!/usr/bin/python3
-"""Tests of plot_collision.py on the smoke results, whose paths are in SURVEYMC_RESULT, SURVEYMC_FUNCTIONS and
+"""Tests of the drawer collision on the smoke results, whose paths are in SURVEYMC_RESULT, SURVEYMC_FUNCTIONS and
 SURVEYMC_EVENTS. Without them they are skipped."""
 import os
 import unittest
 
 import numpy as np
 
-import drawing
-import plot_collision as plot
-import plotting
+import plot_case
+from surveymc.plots import collision as plot
+from surveymc.plots import reading, wording
 
 WELLS, FUNCTIONS, EVENTS = (os.environ.get(k, "") for k in ("SURVEYMC_RESULT", "SURVEYMC_FUNCTIONS", "SURVEYMC_EVENTS"))
 
@@ -17,10 +17,10 @@ class Convergence(unittest.TestCase):
     def figure(self, events, kept=100):
         """Every second of 100 kept trials hits with weight 0.02; the table's estimate, of 400 trials, is 0.008."""
         names = [f"event {k}" for k in range(events)]
-        sampling = plotting.Table("sampling", {"event": names, "evaluations": np.full(events, 400.0)})
-        probability = plotting.Table("probability", {"event": names, "monte_carlo": np.full(events, 0.008)})
+        sampling = reading.Table("sampling", {"event": names, "evaluations": np.full(events, 400.0)})
+        probability = reading.Table("probability", {"event": names, "monte_carlo": np.full(events, 0.008)})
         trials = np.arange(0.0, 100, 2)
-        hits = plotting.Table("hits", {"event": np.repeat(np.arange(1.0, events + 1), 50), "trial": np.tile(trials, events),
+        hits = reading.Table("hits", {"event": np.repeat(np.arange(1.0, events + 1), 50), "trial": np.tile(trials, events),
                                        "weight": np.full(50 * events, 0.02)})
         return plot.convergence(hits, probability, sampling, kept).axes[0]
 
@@ -43,11 +43,11 @@ class Convergence(unittest.TestCase):
 
     @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")
     def test_the_legend_has_the_numbers_of_the_table(self):
-        with plotting.open_result(WELLS, "collision") as file:
-            probability, sampling = (plotting.read_table(file, n) for n in ("probability", "sampling"))
-            hits = plotting.read_table(file, "hits", "samples")
+        with reading.open_result(WELLS, "collision") as file:
+            probability, sampling = (reading.read_table(file, n) for n in ("probability", "sampling"))
+            hits = reading.read_table(file, "hits", "samples")
         ax = plot.convergence(hits, probability, sampling, 200).axes[0]
-        found = {f"{o}, {c}: {plotting.number(p)}" for o, c, p in zip(probability["offset"], probability["correlation"], probability["monte_carlo"])}
+        found = {f"{o}, {c}: {wording.number(p)}" for o, c, p in zip(probability["offset"], probability["correlation"], probability["monte_carlo"])}
         self.assertEqual({x.get_label() for x in ax.lines if ": " in x.get_label()}, found)
 
 
@@ -57,15 +57,15 @@ class Predictions(unittest.TestCase):
                "monte_carlo_ci_low": np.zeros(1), "monte_carlo_ci_high": np.array([0.004])}
         drawn = {"event": ["far"], "trusted": np.zeros(1), "subset_probability": np.zeros(1), "subset_ci_low": np.zeros(1),
                  "subset_ci_high": np.zeros(1)}
-        ax = plot.predictions(plotting.Table("probability", own), plotting.Table("sampling", drawn)).axes[0]
+        ax = plot.predictions(reading.Table("probability", own), reading.Table("sampling", drawn)).axes[0]
         ends = [x for x in ax.lines if x.get_label() == "upper end of the interval"]
         self.assertEqual([list(x.get_xdata()) for x in ends], [[0.004]])
         self.assertLess(ax.get_xlim()[0], 0.004)
 
 
 @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")
-class Collision(drawing.Drawing):
-    script = "plot_collision.py"
+class Collision(plot_case.Drawing):
+    script = "collision"
 
     def test_every_figure_is_drawn_in_both_forms(self):
         for result, stem, figures in ((WELLS, "collision", ("probability", "contact", "importance", "plane", "convergence")),

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of plot_error_model_monte_carlo.py on the smoke result, whose folder is in the environment variable
+"""Tests of the drawer error_model_monte_carlo on the smoke result, whose folder is in the environment variable
 SURVEYMC_SMOKE_RESULTS; and on a map that the program given as argument runs."""
 import os
 import subprocess
@@ -7,8 +7,8 @@ import sys
 import tempfile
 import unittest
 
-import drawing
-import plotting
+import plot_case
+from surveymc.plots import reading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -34,8 +34,8 @@ dip_deg = 72.0
 """
 
 
-class ErrorModelMonteCarlo(drawing.Drawing):
-    script = "plot_error_model_monte_carlo.py"
+class ErrorModelMonteCarlo(plot_case.Drawing):
+    script = "error_model_monte_carlo"
 
     def check(self, result, figures):
         self.assert_drawn([f"{os.path.splitext(os.path.basename(result))[0]}_{f}" for f in figures], result)
@@ -57,8 +57,8 @@ class ErrorModelMonteCarlo(drawing.Drawing):
             path = os.path.join(folder, "empty.h5")
             with result_file(path) as file:
                 file.attrs.update({"format": "surveymc", "experiment": "error_model_monte_carlo", "config": ""})
-            run = drawing.draw(self.script, path)
-            self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)
+            run = plot_case.draw(self.script, path)
+            self.assertEqual(run.returncode, reading.BAD_DATA, run.stderr)
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_estimate.py. SURVEYMC_RESULT: a result of estimate with a sweep of two points."""
+"""Tests of surveymc.plots.estimate. SURVEYMC_RESULT: a result of estimate with a sweep of two points."""
 
 import os
 import sys
 import tempfile
 import unittest
 
-import drawing
+import plot_case
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -15,8 +15,8 @@ RESULT = os.environ.get("SURVEYMC_RESULT", "")
 USAGE, BAD_DATA = 64, 65
 
 
-class PlotEstimate(drawing.Drawing):
-    script = "plot_estimate.py"
+class PlotEstimate(plot_case.Drawing):
+    script = "estimate"
 
     @unittest.skipUnless(RESULT, "SURVEYMC_RESULT is not set")
     def test_figures(self):

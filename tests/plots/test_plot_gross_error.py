@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Figures of scripts/plot_gross_error.py from the smoke run: SURVEYMC_RESULT names its file."""
+"""Figures of surveymc.plots.gross_error from the smoke run: SURVEYMC_RESULT names its file."""
 import os
 import unittest
 
 import numpy as np
 
-import drawing
-import plot_gross_error as plot
-import plotting
+import plot_case
+from surveymc.plots import gross_error as plot
+from surveymc.plots import reading
 
 
 class DesignedPower(unittest.TestCase):
@@ -32,7 +32,7 @@ class DesignedPower(unittest.TestCase):
         rows = {key: np.repeat(values, count), "quantity": quantities * len(values),
                 "formulation": ["linear" if q == "detection_bx" else "single" for q in quantities] * len(values)}
         rows |= {c: np.full(count * len(values), 0.2) for c in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high")}
-        table = plotting.Table("detection", rows)
+        table = reading.Table("detection", rows)
         figure = plot.bars_figure("t", table, [key], lambda i: plot.designed_power({"inject": inject}, [key], [table[key][i]]), 0.95)
         dashed = [x for x in figure.axes[0].lines if x.get_linestyle() == "--"]
         return [(x.get_xdata()[0], *x.get_ydata()) for x in dashed]
@@ -44,8 +44,8 @@ class DesignedPower(unittest.TestCase):
         self.assertEqual(self.bars("factor", [1.0, -1.0], inject), [(0.8, 0, 1)])  # one line through all
 
 
-class GrossError(drawing.Drawing):
-    script = "plot_gross_error.py"
+class GrossError(plot_case.Drawing):
+    script = "gross_error"
 
     def test_outcomes_by_strategy(self):
         self.assertEqual(sorted(self.figures(os.environ["SURVEYMC_RESULT"])),

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of scripts/plot_reliability.py from the smoke run: SURVEYMC_RESULT names its file, SURVEYMC_COMBINATION that of
+"""Figures of surveymc.plots.reliability from the smoke run: SURVEYMC_RESULT names its file, SURVEYMC_COMBINATION that of
 the smoke run of combinations, SURVEYMC the program."""
 import os
 import subprocess
@@ -8,15 +8,15 @@ import unittest
 
 import numpy as np
 
-import drawing
-import plotting
-import reliability_figures
+import plot_case
+import matplotlib.pyplot as plt
+from surveymc.plots import reliability_figures
 
 RESULT = os.environ["SURVEYMC_RESULT"]
 
 
-class Reliability(drawing.Drawing):
-    script = "plot_reliability.py"
+class Reliability(plot_case.Drawing):
+    script = "reliability"
 
     def test_figures(self):
         self.assertEqual(sorted(self.figures(RESULT, "--observation", "bx")),
@@ -24,13 +24,13 @@ class Reliability(drawing.Drawing):
                           "reliability_map_nonlinear.png", "reliability_map_nonlinear.svg"])
 
     def test_many_panels_take_several_figures(self):
-        run = drawing.draw(self.script, RESULT, names_only=True)  # pages are drawn alike
+        run = plot_case.draw(self.script, RESULT, names_only=True)  # pages are drawn alike
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         self.assertEqual(sorted(os.path.basename(path) for path in run.stdout.split()),
                          [f"reliability_map_{kind}_{page}.png" for kind in ("azimuth", "nonlinear") for page in (1, 2)])
 
     def test_a_constant_map_has_no_lines_through_its_rounding_errors(self):
-        axes = plotting.plt.figure().subplots()
+        axes = plt.figure().subplots()
         x = np.arange(7.0)
         sizes = 654.335 * (1 + 1e-14 * np.add.outer(x, -x))
         reliability_figures.panel(axes, x, x, sizes, ("toolface", "magnetic_azimuth"), "")
@@ -40,7 +40,7 @@ class Reliability(drawing.Drawing):
         self.assertGreater(len(axes.texts), 0)
 
     def test_residuals_of_figure_1(self):
-        config = drawing.SCRIPTS / "../configs/reliability/fig1.toml"
+        config = plot_case.SCRIPTS / "../configs/reliability/fig1.toml"
         with tempfile.TemporaryDirectory() as folder:
             result = os.path.join(folder, "fig1.h5")
             subprocess.run([os.environ["SURVEYMC"], "run", config, "-o", result], check=True, capture_output=True, timeout=60)

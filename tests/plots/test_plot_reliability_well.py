@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Figures of scripts/plot_reliability_well.py from the smoke run: SURVEYMC_RESULT names its file."""
+"""Figures of surveymc.plots.reliability_well from the smoke run: SURVEYMC_RESULT names its file."""
 import os
 import unittest
 
-import drawing
+import plot_case
 
 
-class ReliabilityWell(drawing.Drawing):
-    script = "plot_reliability_well.py"
+class ReliabilityWell(plot_case.Drawing):
+    script = "reliability_well"
 
     def test_effects_over_depth(self):
         self.assertEqual(sorted(self.figures(os.environ["SURVEYMC_RESULT"])),

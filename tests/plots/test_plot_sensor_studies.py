@@ -1,15 +1,16 @@
 #!/usr/bin/python3
-"""Tests of plot_vertical_well.py and plot_sensor_monte_carlo.py on the smoke results, whose folder is in the environment
+"""Tests of the drawer vertical_well and the drawer sensor_monte_carlo on the smoke results, whose folder is in the environment
 variable SURVEYMC_SMOKE_RESULTS. Without it they are skipped."""
 import os
 import sys
 import tempfile
 import unittest
 
-import drawing
-import plot_sensor_monte_carlo
-import plot_vertical_well
-import plotting
+import plot_case
+from surveymc.plots import sensor_monte_carlo
+from surveymc.plots import vertical_well
+from surveymc import arguments
+from surveymc.plots import reading, wording
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -19,7 +20,7 @@ STUDIES = {"vertical_well": ("ellipses", "ratio"), "sensor_monte_carlo": ("ellip
 
 
 def draw(study, *arguments):
-    return drawing.draw(f"plot_{study}.py", *arguments)
+    return plot_case.draw(study, *arguments)
 
 
 @unittest.skipUnless(FOLDER, "SURVEYMC_SMOKE_RESULTS is not set")
@@ -46,26 +47,26 @@ class Drawing(unittest.TestCase):
                 self.assertEqual(sorted(os.listdir(folder)), [f"{study}_{figures[1]}.png", f"{study}_{figures[1]}.svg"])
 
     def test_points_that_ran_different_numbers_of_trials(self):
-        for study, table, draw_all in (("vertical_well", "ellipse", lambda t, keys: plot_vertical_well.ratio_figure(
-                                            "t", t, keys, plotting.sweep_points(t, keys), 0.03)),
-                                       ("sensor_monte_carlo", "axes", lambda t, keys: plot_sensor_monte_carlo.axes_figure(
+        for study, table, draw_all in (("vertical_well", "ellipse", lambda t, keys: vertical_well.ratio_figure(
+                                            "t", t, keys, reading.sweep_points(t, keys), 0.03)),
+                                       ("sensor_monte_carlo", "axes", lambda t, keys: sensor_monte_carlo.axes_figure(
                                            "t", t, keys, 0.03))):
-            with plotting.open_result(os.path.join(FOLDER, f"{study}.h5"), study) as file:
-                t, config = plotting.read_table(file, table), plotting.configuration(file)
+            with reading.open_result(os.path.join(FOLDER, f"{study}.h5"), study) as file:
+                t, config = reading.read_table(file, table), reading.configuration(file)
             t["trials"][-1] = 21504
-            said = " ".join(x.get_text() for x in draw_all(t, plotting.sweep_keys(config, t)).texts)
-            self.assertIn(f"{plotting.grouped(int(t['trials'][0]))} to {plotting.grouped(21504)} runs a", said)
+            said = " ".join(x.get_text() for x in draw_all(t, reading.sweep_keys(config, t)).texts)
+            self.assertIn(f"{wording.grouped(int(t['trials'][0]))} to {wording.grouped(21504)} runs a", said)
 
     def test_a_point_that_is_not_there(self):
         for study in STUDIES:
             run = draw(study, os.path.join(FOLDER, f"{study}.h5"), "--point", "99")
-            self.assertEqual(run.returncode, plotting.USAGE)
+            self.assertEqual(run.returncode, arguments.USAGE)
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
 
     def test_a_result_of_another_experiment(self):
         for study, other in zip(STUDIES, reversed(STUDIES)):
             run = draw(study, os.path.join(FOLDER, f"{other}.h5"))
-            self.assertEqual(run.returncode, plotting.BAD_DATA)
+            self.assertEqual(run.returncode, reading.BAD_DATA)
             self.assertIn(other, run.stderr)
 
 
@@ -77,7 +78,7 @@ class BadInput(unittest.TestCase):
                 with result_file(path) as file:
                     file.attrs.update({"format": "surveymc", "experiment": study, "config": ""})
                 run = draw(study, path)
-                self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)
+                self.assertEqual(run.returncode, reading.BAD_DATA, run.stderr)
                 self.assertNotIn("Traceback", run.stderr)
                 self.assertIn("missing or empty", run.stderr)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_thesis.py and scripts/error_ellipsoids.py.
+"""Tests of surveymc.plots.thesis and error_ellipsoids.
 
 Most need the program, which runs the shipped configs with few trials: its path in the environment variable SURVEYMC.
 Without it they are skipped.
@@ -12,12 +12,12 @@ import unittest
 
 import numpy as np
 
-import drawing
-import error_ellipsoids
-import plot_thesis
-import plotting
+import plot_case
+from surveymc.plots import error_ellipsoids
+from surveymc.plots import thesis
+from surveymc.plots import reading
 
-ROOT = drawing.SCRIPTS.parent
+ROOT = plot_case.SCRIPTS.parent
 PROGRAM = os.environ.get("SURVEYMC", "")
 ELSEWHERE = """experiment = "msa_position"
 seed = 2
@@ -39,7 +39,7 @@ name = "a"
 
 
 def draw(*arguments):
-    return drawing.draw("plot_thesis.py", *arguments)
+    return plot_case.draw("thesis", *arguments)
 
 
 class Geometry(unittest.TestCase):
@@ -81,7 +81,7 @@ class Geometry(unittest.TestCase):
         np.testing.assert_allclose(np.einsum("ik,ij,jk->k", points, np.linalg.inv(c), points), 9, rtol=1e-6)
 
     def test_rms_of_ratios(self):
-        self.assertAlmostEqual(plot_thesis.rms(np.array([2.0, 0.5, 2.0])), np.log(2))
+        self.assertAlmostEqual(thesis.rms(np.array([2.0, 0.5, 2.0])), np.log(2))
 
 
 @unittest.skipUnless(PROGRAM, "SURVEYMC is not set")
@@ -124,13 +124,13 @@ class Drawing(unittest.TestCase):
 
     def test_combined_fit_is_that_of_the_tests(self):
         path = self.result("noise_hypotheses", 1000)
-        with plotting.open_result(path, "msa_position") as file:
-            fit, parameters = (plotting.read_table(file, n) for n in ("published_fit", "parameters"))
-        for (law, reference), ratios in plot_thesis.readings_of_the_noise(parameters).items():
+        with reading.open_result(path, "msa_position") as file:
+            fit, parameters = (reading.read_table(file, n) for n in ("published_fit", "parameters"))
+        for (law, reference), ratios in thesis.readings_of_the_noise(parameters).items():
             rows = fit.where(lambda i: fit["noise.law"][i] == law and fit["case"][i].split(": ")[1].endswith(reference))
             self.assertEqual((rows.rows, len(ratios)), (3, 18))
             combined = np.sqrt(np.average(rows["rms_log_ratio"] ** 2, weights=rows["quantities"]))
-            self.assertAlmostEqual(plot_thesis.rms(ratios), combined, places=12)
+            self.assertAlmostEqual(thesis.rms(ratios), combined, places=12)
             self.assertAlmostEqual(ratios.min(), rows["ratio_min"].min(), places=12)
             self.assertAlmostEqual(ratios.max(), rows["ratio_max"].max(), places=12)
 
@@ -170,14 +170,14 @@ class Drawing(unittest.TestCase):
             self.assert_hole_axes(path, 0 if name == "grid" else 1)
 
     def assert_hole_axes(self, path, cases):
-        with plotting.open_result(path, "msa_position") as file:
-            config = plotting.configuration(file)
+        with reading.open_result(path, "msa_position") as file:
+            config = reading.configuration(file)
             holes = error_ellipsoids.last_stations(file, config)
-            covariances, hla = (plotting.read_table(file, n) for n in ("position_covariance", "position_hla"))
+            covariances, hla = (reading.read_table(file, n) for n in ("position_covariance", "position_hla"))
         self.assertEqual(len(holes), cases)
         for case, hole in holes.items():
             turn = error_ellipsoids.hla_from_nev(*hole)
-            for name, c in error_ellipsoids.matrices(plotting.at_point(covariances, ["case"], (case,))).items():
+            for name, c in error_ellipsoids.matrices(reading.at_point(covariances, ["case"], (case,))).items():
                 own = turn @ c @ turn.T
                 for i, d in enumerate(("high_side", "lateral", "along_hole")):
                     row = hla.row(case=case, quantity=f"sigma3_{d}", formulation="joint" if name == "monte_carlo" else name)
@@ -192,9 +192,9 @@ class Drawing(unittest.TestCase):
         subprocess.run([PROGRAM, "run", os.path.join(ROOT, "configs", "smoke", "msa_estimators.toml"), "-o", path, "--trials",
                         "50"], check=True, capture_output=True, timeout=100)
         run = draw(path)
-        self.assertEqual(run.returncode, plotting.BAD_DATA)
+        self.assertEqual(run.returncode, reading.BAD_DATA)
         self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
-        self.assertIn("plot_msa_position.py", run.stderr)
+        self.assertIn("msa_position", run.stderr)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_tool_codes.py on the smoke results SURVEYMC_MAP (tool_code_map), SURVEYMC_SWEEP (position_covariance) and
+"""Tests of surveymc.plots.tool_codes on the smoke results SURVEYMC_MAP (tool_code_map), SURVEYMC_SWEEP (position_covariance) and
 SURVEYMC_DESIGN (position_covariance, models and wells drawn together), and of maps that the program SURVEYMC makes."""
 import os
 import shutil
@@ -11,9 +11,10 @@ import unittest
 import h5py
 import numpy as np
 
-import drawing
-import plot_tool_codes as plot
-import plotting
+import plot_case
+from surveymc.plots import tool_codes as plot
+from surveymc import arguments
+from surveymc.plots import reading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -37,9 +38,9 @@ date = 2026-01-01"""
 
 
 @unittest.skipUnless(PROGRAM, "SURVEYMC is not set")
-class MagneticEastAndWest(drawing.Drawing):
+class MagneticEastAndWest(plot_case.Drawing):
     """The dashed lines are where the program has them, whichever way it knows the declination."""
-    script = "plot_tool_codes.py"
+    script = "tool_codes"
 
     def maps_of(self, field, sweep=""):
         folder = tempfile.TemporaryDirectory()
@@ -58,8 +59,8 @@ class MagneticEastAndWest(drawing.Drawing):
 
     def test_of_a_field_by_model(self):
         result = self.maps_of(PLACE)
-        with plotting.open_result(result, "tool_code_map") as file:
-            declination = float(plotting.read_table(file, "reference_field")["declination_deg"][0])
+        with reading.open_result(result, "tool_code_map") as file:
+            declination = float(reading.read_table(file, "reference_field")["declination_deg"][0])
         self.assertGreater(declination, 10)
         np.testing.assert_allclose(self.lines(result)[0], [90 + declination, 270 + declination], rtol=1e-12)
 
@@ -71,12 +72,12 @@ class MagneticEastAndWest(drawing.Drawing):
             self.assertEqual(title.splitlines()[0], f"Two tools: declination {declination}\N{DEGREE SIGN}")
             self.assert_drawn([f"two_point{number}_{f}" for f in ("maps", "ratio")], result, "--point", str(number))
         self.assert_drawn([f"two_point0_{f}" for f in ("maps", "ratio")], result)
-        self.refused(plotting.USAGE, "points 0 to 1", result, "--point", "2")
+        self.refused(arguments.USAGE, "points 0 to 1", result, "--point", "2")
 
 
 @unittest.skipUnless(MAP and SWEEP and DESIGN, "SURVEYMC_MAP, SURVEYMC_SWEEP or SURVEYMC_DESIGN is not set")
-class Figures(drawing.Drawing):
-    script = "plot_tool_codes.py"
+class Figures(plot_case.Drawing):
+    script = "tool_codes"
 
     def test_maps_are_blank_where_a_model_does_not_hold(self):
         with h5py.File(MAP) as file:
@@ -102,17 +103,17 @@ class Figures(drawing.Drawing):
             with result_file(path, "a") as file:
                 for d, _ in plot.DIRECTIONS:
                     file[f"tables/covariance/sd_{d}_m"][-1] = np.nan
-            with plotting.open_result(path, "position_covariance") as file:
+            with reading.open_result(path, "position_covariance") as file:
                 texts = [t.get_text() for t in plot.draw_bars(file, None, "sd").axes[0].texts]
         self.assertEqual(texts.count("no covariance: a weight is not finite"), 1)
 
     def test_nothing_is_drawn_of_models_with_several_wells(self):
-        done = drawing.draw(self.script, DESIGN)
+        done = plot_case.draw(self.script, DESIGN)
         self.assertEqual((done.returncode, done.stdout), (0, ""))
         self.assertIn("several models and one well", done.stderr)
 
     def test_a_wrong_reference_is_told_in_a_line(self):
-        self.refused(plotting.USAGE, "--reference nothing: must be one of MWD", MAP, "--reference", "nothing")
+        self.refused(arguments.USAGE, "--reference nothing: must be one of MWD", MAP, "--reference", "nothing")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_position_covariance.py: what it draws is the covariance of the file.
+"""Tests of surveymc.plots.position_covariance: what it draws is the covariance of the file.
 
 Needs a result of position_covariance without a sweep (SURVEYMC_RESULT) and one with (SURVEYMC_SWEEP_RESULT).
 """
@@ -9,17 +9,18 @@ import unittest
 import numpy as np
 from matplotlib.patches import Polygon
 
-import drawing
-import plot_position_covariance as plot
-import plotting
+import plot_case
+from surveymc.plots import position_covariance as plot
+from surveymc import arguments
+from surveymc.plots import geometry, reading
 
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
 
 
 def tables(path, *names):
-    with plotting.open_result(path, "position_covariance") as file:
-        return [plotting.read_table(file, n) for n in names]
+    with reading.open_result(path, "position_covariance") as file:
+        return [reading.read_table(file, n) for n in names]
 
 
 @unittest.skipUnless(RESULT, "SURVEYMC_RESULT is not set")
@@ -41,7 +42,7 @@ class Data(unittest.TestCase):
                                    + np.sin(azimuth)**2 * ee, np.cos(azimuth) * nv + np.sin(azimuth) * ev],
                                   [np.cos(azimuth) * nv + np.sin(azimuth) * ev, vv]])):
                 np.testing.assert_allclose(matrix, expected, rtol=1e-12, atol=1e-13 * np.trace(matrix))
-                points = np.array(plotting.ellipse_points(matrix, 1.0, count=37))
+                points = np.array(geometry.ellipse_points(matrix, 1.0, count=37))
                 distance = np.einsum("ik,ij,jk->k", points, np.linalg.inv(expected), points)
                 np.testing.assert_allclose(distance, 1, rtol=1e-9)
 
@@ -113,8 +114,8 @@ class Data(unittest.TestCase):
 
 
 @unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")
-class Drawing(drawing.Drawing):
-    script = "plot_position_covariance.py"
+class Drawing(plot_case.Drawing):
+    script = "position_covariance"
 
     def test_figures(self):
         stem = os.path.splitext(os.path.basename(RESULT))[0]
@@ -127,8 +128,8 @@ class Drawing(drawing.Drawing):
 
     def test_bad_arguments(self):
         for option, value in (("--point", "99"), ("--sigma", "0"), ("--magnify", "x")):
-            self.refused(plotting.USAGE, option, SWEEP, option, value)
-        self.refused(plotting.BAD_DATA, "no such file", "none.h5")
+            self.refused(arguments.USAGE, option, SWEEP, option, value)
+        self.refused(reading.BAD_DATA, "no such file", "none.h5")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ def settings_of(name):
 
 class Missing(unittest.TestCase):
     def test_what_is_not_installed_is_said_with_a_way_out(self):
-        done = subprocess.run([sys.executable, "-S", "-E", "-c", "import surveymc"], cwd=SCRIPTS, capture_output=True, text=True)  # without packages
+        done = subprocess.run([sys.executable, "-S", "-E", "-c", "import surveymc; surveymc.open(1)"], cwd=SCRIPTS, capture_output=True, text=True)  # without packages
         self.assertEqual(done.returncode, 1)
         last = done.stderr.splitlines()[-1]
         for words in ("ImportError: surveymc needs h5py, numpy", "pip install h5py numpy", "apt install python3-h5py"):
@@ -201,25 +201,27 @@ class Drawing(unittest.TestCase):
         self.assertEqual(axes.get_aspect(), 1.0)
 
 
-class Scripts(unittest.TestCase):
-    def test_every_plot_script_reads_through_the_package(self):
-        for name in os.listdir(SCRIPTS):
-            if name.endswith(".py"):
-                with open(os.path.join(SCRIPTS, name), encoding="utf-8") as file:
-                    self.assertFalse("h5py.File(" in file.read(), name)
+class Commands(unittest.TestCase):
+    def test_the_importer_needs_no_other_package(self):
+        done = subprocess.run([sys.executable, "-S", "-E", "-m", "surveymc.importer", "--help"], cwd=SCRIPTS, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_every_drawer_reads_through_the_package(self):
+        for path in pathlib.Path(SCRIPTS, "surveymc").glob("*/*.py"):
+            self.assertFalse("h5py.File(" in path.read_text(encoding="utf-8"), path)
 
     def test_one_command_draws_any_result(self):
         with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.run([sys.executable, os.path.join(SCRIPTS, "draw_result.py"), os.path.join(SMOKE, "msa_sweep.h5"),
+            run = subprocess.run([os.path.join(SCRIPTS, "plot.sh"), os.path.join(SMOKE, "msa_sweep.h5"),
                                   "-o", folder, "--point", "1"], capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("msa_sweep_point1_position.svg", run.stdout)
 
     def test_figures_that_cannot_be_written(self):
-        run = subprocess.run([sys.executable, os.path.join(SCRIPTS, "draw_result.py"), os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc"],
+        run = subprocess.run([os.path.join(SCRIPTS, "plot.sh"), os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc"],
                              capture_output=True, text=True)
         self.assertEqual(run.returncode, 74, run.stderr)
-        self.assertRegex(run.stderr, "^draw_result.py: .*/proc/.*: cannot write: [^\n]*\n$")
+        self.assertRegex(run.stderr, "^surveymc-plot: .*/proc/.*: cannot write: [^\n]*\n$")
 
 
 if __name__ == "__main__":

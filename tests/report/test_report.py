@@ -1,6 +1,8 @@
 #!/usr/bin/python3
-"""Tests of the page that scripts/report.py made of smoke results: test_report.py REPORT.html SMOKE_FOLDER"""
+"""Tests of the page that surveymc.report made of smoke results: test_report.py REPORT.html SMOKE_FOLDER"""
+import contextlib
 import html.parser
+import importlib
 import os
 import re
 import shutil
@@ -19,10 +21,10 @@ import numpy as np
 
 SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 sys.path.insert(0, SCRIPTS)
-import studies  # noqa: E402
 import surveymc  # noqa: E402
-from surveymc import integrity  # noqa: E402
-from report_page import explore, figures, headlines, page, tables, text  # noqa: E402
+from surveymc import integrity, studies  # noqa: E402
+from surveymc.plots import runner  # noqa: E402
+from surveymc.report import explore, figures, headlines, page, tables, text  # noqa: E402
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
 
@@ -62,7 +64,7 @@ class Page(html.parser.HTMLParser):
 
 
 def make(*arguments, environment=None):
-    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "report.py"), *arguments], capture_output=True, text=True,
+    return subprocess.run([os.path.join(SCRIPTS, "report.sh"), *arguments], capture_output=True, text=True,
                           timeout=120, env={**os.environ, **(environment or {})})
 
 
@@ -388,7 +390,7 @@ class AnyResult(unittest.TestCase):
         self.assertFalse(os.path.exists(self.output))
         self.assertNotIn("Traceback", run.stderr)
         lines = run.stderr.splitlines()
-        self.assertEqual(lines[-1], "report.py: no result file could be read")
+        self.assertEqual(lines[-1], "surveymc-report: no result file could be read")
         for path, line in zip(paths, lines):
             self.assertRegex(line, rf"^report\.py: left out: {re.escape(path)}: .*(damaged|do not match)")
         self.assertEqual(len(lines), len(paths) + 1, run.stderr)
@@ -429,40 +431,53 @@ class AnyResult(unittest.TestCase):
             self.assertNotIn("Traceback", run.stderr)
 
 
-class PlotScripts(unittest.TestCase):
+@contextlib.contextmanager
+def plots_with(**bodies):
+    """Drawers of these names and bodies beside the others, for processes that are started meanwhile, too."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(os.path.join(SCRIPTS, "surveymc"), os.path.join(folder, "surveymc"), ignore=shutil.ignore_patterns("__pycache__"))
+        for name, body in bodies.items():
+            with open(os.path.join(folder, "surveymc", "plots", f"{name}.py"), "w", encoding="utf-8") as file:
+                file.write(f"import os, sys\nfrom . import reading\n\n\ndef main():\n    {body}\n")
+        plots = sys.modules["surveymc.plots"].__path__
+        plots.append(os.path.join(folder, "surveymc", "plots"))
+        importlib.invalidate_caches()
+        sys.path.insert(0, folder)  # a spawned process gets it
+        try:
+            yield
+        finally:
+            sys.path.remove(folder)
+            plots.pop()
+
+
+class Drawers(unittest.TestCase):
     def test_figures_of_every_kind_of_result_are_known(self):
         for name, suffixes in (("mwd_drift", {"detection", "point0_tracks", "verdicts"}), ("estimate_chained", {"run_filter", "run_smoother"})):
             path = os.path.join(SMOKE, f"{name}.h5")
             result = surveymc.open(path)
             study = studies.load()[result.experiment]
             with tempfile.TemporaryDirectory() as folder:
-                drawn = figures.draw(path, study.scripts_for(path), folder)
+                drawn = runner.draw(path, study.drawers_for(path), folder)
             self.assertEqual(drawn.broken, [])
             self.assertEqual({os.path.basename(f)[len(name) + 1:-4] for f in drawn.files}, suffixes)
             for suffix in suffixes:
                 self.assertIn(study.caption(suffix), study.figures.values())
 
-    def test_what_a_script_says_is_kept_apart_from_what_breaks(self):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, body, code, word in (("fine", "print('a.svg')", 0, ""), ("refuses", "sys.exit(65)", 65, ""),
-                                           ("breaks", "1 / 0", 1, "ZeroDivisionError")):
-                script = os.path.join(folder, name + ".py")
-                with open(script, "w", encoding="utf-8") as file:
-                    file.write(f"import sys\nassert sys.argv[1:] == ['x']\n{body}\n")
-                got = figures._run(script, ["x"])
+    def test_what_a_drawer_says_is_kept_apart_from_what_breaks(self):
+        with plots_with(fine="print('a.svg')", refuses="sys.exit(65)", breaks="1 / 0"):
+            for name, code, word in (("fine", 0, ""), ("refuses", 65, ""), ("breaks", 1, "ZeroDivisionError")):
+                got = runner._run(name, ["x"])
                 self.assertEqual(got[0], code)
                 self.assertIn(word, got[2])
 
     def test_a_process_that_ends_amid_its_work_takes_no_other_figure_with_it(self):
-        with tempfile.TemporaryDirectory() as folder:
-            script = os.path.join(folder, "plot_x.py")
-            with open(script, "w", encoding="utf-8") as file:  # as HDF5 does on some damaged files
-                file.write("import os, sys\nif 'bad' in sys.argv[1]: os.kill(os.getpid(), 9)\nimport plotting\nplotting.Saved.paths.append('a.svg')\n")
+        ends = "'bad' in sys.argv[1] and os.kill(os.getpid(), 9)\n    reading.Saved.paths.append('a.svg')"  # as HDF5 does on some files
+        with tempfile.TemporaryDirectory() as folder, plots_with(some_drawer=ends):
             result = surveymc.open(os.path.join(SMOKE, "mwd_drift.h5"))
             tasks = []
             for name in ("bad", "good", "fine"):
                 copy = types.SimpleNamespace(path=os.path.join(folder, name + ".h5"), content_hash=result.content_hash)
-                tasks.append((name, copy, [script], os.path.join(folder, name)))
+                tasks.append((name, copy, ["some_drawer"], os.path.join(folder, name)))
             drawn = figures.draw_all(tasks, 2, lambda done, of: None)
         self.assertEqual({k: len(d.files) for k, d in drawn.items()}, {"bad": 0, "good": 1, "fine": 1})
         self.assertIn("was ended", drawn["bad"].broken[0])
@@ -471,7 +486,7 @@ class PlotScripts(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name in "ab":
                 shutil.copy(os.path.join(SMOKE, "clearance.h5"), os.path.join(folder, f"{name}.h5"))
-            process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "report.py"), folder],
+            process = subprocess.Popen([os.path.join(SCRIPTS, "report.sh"), folder],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             drawn = lambda: [n for _, _, names in os.walk(folder) for n in names if n.endswith((".svg", ".html"))]  # noqa: E731
             deadline = time.monotonic() + 120
@@ -486,23 +501,24 @@ class PlotScripts(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "well.h5")
             shutil.copy(os.path.join(SMOKE, "mwd_drift.h5"), path)
-            first = figures._draw(path, "well", ["plot_estimate.py"], folder, "one")
+            first = figures._draw(path, "well", ["estimate"], folder, "one")
             self.assertEqual(len(first.messages), 1)  # a result of another experiment: said, not broken
             self.assertEqual(first.broken, [])
             record = os.path.join(folder, ".well.figures.json")
             stamp = os.stat(record).st_mtime_ns
-            self.assertEqual(figures._draw(path, "well", ["plot_estimate.py"], folder, "one").messages, first.messages)
+            self.assertEqual(figures._draw(path, "well", ["estimate"], folder, "one").messages, first.messages)
             self.assertEqual(os.stat(record).st_mtime_ns, stamp)
-            figures._draw(path, "well", ["plot_estimate.py"], folder, "two")
+            figures._draw(path, "well", ["estimate"], folder, "two")
             self.assertNotEqual(os.stat(record).st_mtime_ns, stamp)
 
 
 class Declarations(unittest.TestCase):
-    def test_plot_scripts_that_are_named_exist_and_no_other_is_forgotten(self):
+    def test_drawers_that_are_named_exist_and_no_other_is_forgotten(self):
         known = studies.load()
         named = {p for s in known.values() for p in s.plots}
-        there = {f for f in os.listdir(SCRIPTS) if f.startswith("plot_") and f.endswith(".py")}
-        self.assertEqual(there - named, set(), "declare them in scripts/studies.toml")
+        there = {f[:-3] for f in os.listdir(os.path.join(studies.PACKAGE, "plots")) if f.endswith(".py") and runner.is_drawer(f[:-3])}
+        self.assertEqual(there - named, {"difference"}, "declare them in studies.toml")  # which draws two results
+        self.assertEqual(named - there, set())
 
     def test_every_study_config_is_of_a_known_experiment(self):
         import tomllib
@@ -517,8 +533,8 @@ class Declarations(unittest.TestCase):
         self.assertEqual(study.caption("point3_ratio"), study.figures["ratio"])
         self.assertEqual(study.caption("ellipsoid_test1"), study.figures["ellipsoid"])
         self.assertEqual(study.caption("something_new"), "Something new.")
-        self.assertEqual(study.scripts_for("results/thesis/table8.h5"), ["plot_thesis.py"])
-        self.assertEqual(study.scripts_for("mine/well.h5"), study.plots)
+        self.assertEqual(study.drawers_for("results/thesis/table8.h5"), ["thesis"])
+        self.assertEqual(study.drawers_for("mine/well.h5"), study.plots)
         of_tests = {path.stem for path in Path(__file__).resolve().parents[2].glob("configs/smoke/*.toml")}
         self.assertEqual(set(study.plots_for) - {os.path.basename(c)[:-5] for c in studies.configs()} - of_tests, set())
 

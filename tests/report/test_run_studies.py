@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/run_studies.py (run_all.sh without the build): test_run_studies.py SURVEYMC"""
+"""Tests of surveymc.run_studies (run_all.sh without the build): test_run_studies.py SURVEYMC"""
 import os
 import signal
 import subprocess
@@ -10,9 +10,8 @@ import unittest
 
 SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 sys.path.insert(0, SCRIPTS)
-import run_studies  # noqa: E402
-import studies  # noqa: E402
 import surveymc  # noqa: E402
+from surveymc import run_studies, studies  # noqa: E402
 
 SURVEYMC = ""
 
@@ -24,7 +23,7 @@ class Running(unittest.TestCase):
         self.folder = folder.name
 
     def command(self, *arguments, program=None):
-        return [sys.executable, os.path.join(SCRIPTS, "run_studies.py"), "--program", program or SURVEYMC, "--output", self.folder,
+        return [os.path.join(SCRIPTS, "studies.sh"), "--program", program or SURVEYMC, "--output", self.folder,
                 "--threads", "1", *arguments]
 
     def go(self, *arguments, code=0, program=None):

@@ -25,12 +25,13 @@ from unittest import mock
 import h5py
 import numpy as np
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / "scripts"
+COMMANDS = {"plot": "surveymc.plots", "report": "surveymc.report", "import_survey": "surveymc.importer", "studies": "surveymc.run_studies"}
 sys.path.insert(0, str(SCRIPTS))
-import plotting  # noqa: E402, F401
 import surveymc  # noqa: E402
-import whole_file  # noqa: E402
-from report_page import figures  # noqa: E402
+from surveymc import whole_file  # noqa: E402
+from surveymc.report import figures  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from sealed import result_file  # noqa: E402
 
@@ -48,8 +49,8 @@ class Case(unittest.TestCase):
         self.folder = Path(folder.name)
 
     def started(self, script, *arguments, code=0, **how):
-        """A script as a user starts it."""
-        run = subprocess.run([sys.executable, SCRIPTS / script, *arguments], cwd=self.folder, stderr=subprocess.PIPE, timeout=PATIENCE, **how)
+        """A command as a user starts it."""
+        run = subprocess.run([SCRIPTS / f"{script}.sh", *arguments], cwd=self.folder, stderr=subprocess.PIPE, timeout=PATIENCE, **how)
         self.assertEqual(run.returncode, code, run.stderr.decode(errors="replace"))
         self.assertNotIn(b"Traceback", run.stderr)
         self.assertNotIn(b"Exception ignored", run.stderr)
@@ -88,15 +89,19 @@ class Case(unittest.TestCase):
 
 
 def script_here(script, arguments):
-    """Runs a script, or draws as report.py does, in this process; its exit code."""
-    sys.argv = [str(SCRIPTS / script), *map(os.fsdecode, arguments)]
+    """Runs a command, or a script of this path, or draws as the report does, in this process; its exit code."""
     if script == KEPT_FIGURES:
-        drawn = figures._draw("well.h5", "well", ["plot_gross_error.py"], "out/figures", "stamp")
+        drawn = figures._draw("well.h5", "well", ["gross_error"], "out/figures", "stamp")
         print(*drawn.kept, *drawn.broken, file=sys.stderr)
         return drawn.code
-    sys.path.insert(0, os.path.dirname(sys.argv[0]))
+    name, *drawer = script.split()
+    sys.argv = [name, *drawer, *map(os.fsdecode, arguments)]
     try:
-        runpy.run_path(sys.argv[0], run_name="__main__")
+        if name in COMMANDS:
+            runpy.run_module(COMMANDS[name], run_name="__main__")
+        else:
+            sys.path.insert(0, os.path.dirname(ROOT / name))
+            runpy.run_path(str(ROOT / name), run_name="__main__")
         return 0
     except SystemExit as end:
         return end.code or 0
@@ -129,12 +134,12 @@ def writers(folder):
     (folder / "in.csv").write_text(SURVEY)
     (folder / "out").mkdir()
     survey = ("in.csv", "-o", "out/survey.csv", "--azimuth-reference", "grid")
-    return [Writer("plot_gross_error.py", "well.png", "well.h5", "-o", "out"),
-            Writer("report.py", "page.html", "well.h5", "-o", "out/page.html", "--no-figures"),
+    return [Writer("plot gross_error", "well.png", "well.h5", "-o", "out"),
+            Writer("report", "page.html", "well.h5", "-o", "out/page.html", "--no-figures"),
             Writer(KEPT_FIGURES, "figures/well.svg"),
             Writer(KEPT_FIGURES, "figures/.well.figures.json"),
-            Writer("import_survey.py", "survey.csv", *survey, refuses=True),
-            Writer("import_survey.py", "survey.csv", *survey, "--overwrite")]
+            Writer("import_survey", "survey.csv", *survey, refuses=True),
+            Writer("import_survey", "survey.csv", *survey, "--overwrite")]
 
 
 class Writing(Case):
@@ -159,7 +164,7 @@ class Writing(Case):
                 self.assertIn(kept.name.encode(), err)
 
     def test_what_it_made_itself_is_replaced_until_somebody_changes_it(self):
-        for writer, target in self.each(lambda w: w.script != "import_survey.py"):
+        for writer, target in self.each(lambda w: w.script != "import_survey"):
             self.go(writer.script, *writer.arguments)
             first = target.read_bytes()
             os.utime(target, (0, 0))
@@ -228,7 +233,7 @@ class Writing(Case):
 
     def test_one_failed_write_is_not_for_ever(self):
         writers(self.folder)
-        report = ("report.py", "well.h5", "-o", "out/page.html")
+        report = ("report", "well.h5", "-o", "out/page.html")
         figure = self.folder / "out/figures/well.svg"
         figure.mkdir(parents=True)
         self.go(*report, code=74)
@@ -243,16 +248,16 @@ class Writing(Case):
     def test_a_page_without_a_name_keeps_what_is_there(self):
         writers(self.folder)
         (self.folder / "report.html").write_bytes(MINE)
-        self.go("report.py", "well.h5", "--no-figures")
+        self.go("report", "well.h5", "--no-figures")
         self.assertEqual((self.folder / "report.1.html").read_bytes(), MINE)
 
     def test_figures_of_another_result_with_that_name_are_kept(self):
         writers(self.folder)
         with copy_of_well(self.folder / "out/well.h5") as file:
             file.attrs["title"] = "Another well"
-        self.go("plot_gross_error.py", "well.h5", "-o", ".")
+        self.go("plot gross_error", "well.h5", "-o", ".")
         first = (self.folder / "well.png").read_bytes()
-        self.go("plot_gross_error.py", "out/well.h5", "-o", ".")
+        self.go("plot gross_error", "out/well.h5", "-o", ".")
         self.assertEqual((self.folder / "well.1.png").read_bytes(), first)
 
     def test_writers_at_once_leave_one_whole_file_and_that_of_the_user(self):
@@ -292,24 +297,24 @@ class Writing(Case):
         self.no_temporaries()
 
     def test_nothing_else_writes_a_file(self):
-        """Configs of a moment in a temporary folder, and the lists of compare_peers, which are no results, are left."""
+        """Configs of a moment in a temporary folder, are left."""
         for path in SCRIPTS.rglob("*.py"):
             text = path.read_text()
-            if "compare_peers" in path.parts or path.name in ("whole_file.py", "streams.py", "scale_plan.py"):
+            if path.name in ("whole_file.py", "streams.py", "scale_plan.py"):
                 continue
             for words in ('"w"', '"wb"', "os.replace(", "os.rename(", ".part\"", "write_text(", "write_bytes("):
                 left = text.replace('os.fdopen(handle, "wb")', "") if path.name == "program.py" else text  # mkstemp
                 self.assertFalse(words in left, f"{path.name}: {words}")
-            self.assertTrue("savefig(" not in text or path.name == "plotting.py", path.name)
+            self.assertTrue("savefig(" not in text or path.name == "saving.py", path.name)
 
 
 class Reading(Case):
     def test_pipes_are_refused_and_results_beside_them_read(self):
         shutil.copy(os.path.join(SMOKE, "gross_error_detection.h5"), self.folder / "well.h5")
         os.mkfifo(self.folder / "pipe.h5")
-        out, err = self.go("report.py", ".", "--no-figures")
+        out, err = self.go("report", ".", "--no-figures")
         self.assertIn(b"pipe.h5: is not a regular file", err)
-        for script in ("draw_result.py", "plot_gross_error.py", "plot_refined.py", "plot_calibration.py"):
+        for script in ("plot", "plot gross_error", "plot refined", "plot calibration"):
             self.assertIn(b"pipe.h5: is not a regular file", self.go(script, "pipe.h5", code=65)[1])
 
     def test_columns_that_claim_more_than_the_file_holds(self):
@@ -317,18 +322,18 @@ class Reading(Case):
         with copy_of_well(self.folder / "large.h5") as file:
             table = file["tables"][next(iter(file["tables"]))]
             table.create_dataset("large", shape=(1 << 40,), dtype="f8", chunks=(1 << 16,))
-        out, err = self.go("report.py", "well.h5", "large.h5", "-o", "page.html", "--no-figures",
+        out, err = self.go("report", "well.h5", "large.h5", "-o", "page.html", "--no-figures",
                            before=lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)))
         self.assertIn(b"large.h5: /tables/", err)
         self.assertIn(b"claims more values than the file can hold", err)
         self.assertIn(b": 1 result,", out)
-        self.assertIn(b"claims more", self.go("plot_gross_error.py", "large.h5", code=65)[1])
+        self.assertIn(b"claims more", self.go("plot gross_error", "large.h5", code=65)[1])
 
     def test_names_that_are_not_utf8_or_move_the_cursor(self):
         odd = (b"w\xffell.h5", b"w\x1b[31mell.h5", "w\u202eell.h5".encode(), b"$(touch hit) 'q'.h5", b"-s.h5", b"a\nb.h5")
         for name in odd:
             shutil.copy(os.path.join(SMOKE, "gross_error_detection.h5"), os.fsencode(self.folder) + b"/" + name)
-        out, err = self.go("report.py", ".")
+        out, err = self.go("report", ".")
         self.assertIn(b": %d results," % len(odd), out)
         page = (self.folder / "report.html").read_bytes()
         page.decode("utf-8")
@@ -341,10 +346,10 @@ class Reading(Case):
         self.assertEqual(sorted(n.removeprefix(b"./") for n in names), sorted(odd))
         self.assertFalse((self.folder / "hit").exists())
         for name in odd[:3]:
-            out, err = self.go("plot_gross_error.py", b"./" + name, "-o", os.fsencode(self.folder) + b"/f")
+            out, err = self.go("plot gross_error", b"./" + name, "-o", os.fsencode(self.folder) + b"/f")
             for line in out.splitlines():  # a figure's name is what is printed
                 self.assertTrue(os.path.exists(line), line)
-            for said in (out, err, *self.go("draw_result.py", b"./no" + name, code=65)):
+            for said in (out, err, *self.go("plot", b"./no" + name, code=65)):
                 said.decode("utf-8")
                 self.assertFalse(b"\x1b" in said or "\u202e".encode() in said, said)
         drawn = surveymc.plot(os.fsdecode(os.fsencode(self.folder) + b"/" + odd[0]), folder=self.folder / "f\x1b\udcff")
@@ -357,12 +362,12 @@ class Reading(Case):
             words = file["tables/detection/case"]
             words[()] = [b"\xff", *words[1:]]
         for name in ("title.h5", "word.h5"):
-            self.assertIn(b"codec can't decode", self.go("plot_gross_error.py", name, code=65)[1])
+            self.assertIn(b"codec can't decode", self.go("plot gross_error", name, code=65)[1])
 
     def test_a_title_spoils_no_figure(self):
         with copy_of_well(self.folder / "well.h5") as file:
             file.attrs["title"] = "w\x1b[31m \u202ell\x07 \uffff"
-        self.go("plot_gross_error.py", "well.h5")
+        self.go("plot gross_error", "well.h5")
         text = (self.folder / "well.svg").read_text()
         xml.dom.minidom.parseString(text)
         self.assertNotIn("\u202e", text)
@@ -370,8 +375,8 @@ class Reading(Case):
     def test_a_terminal_sees_no_escape_sequence(self):
         name = "w\x1b]0;title\x07\u202ell\x9b2J.h5"
         shutil.copy(os.path.join(SMOKE, "gross_error_detection.h5"), self.folder / name)
-        for command in (["plot_gross_error.py", name], ["report.py", name, "--no-figures"], ["report.py", name + "x"],
-                        ["import_survey.py", name], ["run_studies.py", "--only", name], ["plot_gross_error.py", name, "--" + name]):
+        for command in (["plot gross_error", name], ["report", name, "--no-figures"], ["report", name + "x"],
+                        ["import_survey", name], ["studies", "--only", name], ["plot gross_error", name, "--" + name]):
             ours, theirs = pty.openpty()
             try:
                 self.go(*command, code=None, before=lambda: (os.dup2(theirs, 1), os.dup2(theirs, 2)))
@@ -392,12 +397,12 @@ class Output(Case):
     def commands(self):
         if not (self.folder / "well.h5").exists():
             writers(self.folder)
-        return [["plot_gross_error.py", "well.h5", "-o", "out"], ["draw_result.py", "well.h5", "-o", "out"],
-                ["report.py", "well.h5", "--no-figures"], ["import_survey.py", "in.csv", "--azimuth-reference", "grid"],
-                ["run_studies.py", "--list", "--only", "thesis/test4", "--program", SURVEYMC], ["check_layers.py"], ["check_docs.py", "--help"],
-                ["slurm/scale_plan.py", "--help"], ["draw_difference.py", "--help"],
-                *([f"compare_peers/{n}.py", "--help"] for n in ("report", "revisions", "figures_of_merit", "numpy_reliability")),
-                *([p.name, "--help"] for p in sorted(SCRIPTS.glob("plot_*.py"))[::7])]  # all of them end by plotting.run
+        return [["plot gross_error", "well.h5", "-o", "out"], ["plot", "well.h5", "-o", "out"],
+                ["report", "well.h5", "--no-figures"], ["import_survey", "in.csv", "--azimuth-reference", "grid"],
+                ["studies", "--list", "--only", "thesis/test4", "--program", SURVEYMC], ["scripts/check_layers.py"], ["tests/docs/check_docs.py", "--help"],
+                ["scripts/slurm/scale_plan.py", "--help"], ["plot difference", "--help"],
+                *([f"tests/bench/compare_peers/{n}.py", "--help"] for n in ("report", "revisions", "figures_of_merit", "numpy_reliability")),
+                ["plot thesis", "--help"]]  # all drawers are started by one function
 
     def test_output_that_is_lost_is_no_success_and_no_traceback(self):
         read, write = os.pipe()
@@ -414,11 +419,11 @@ class Output(Case):
 
     def test_errors_that_nobody_hears_keep_their_exit_code(self):
         with open("/dev/full", "wb") as full:
-            for command, code in ((["plot_gross_error.py", "none.h5"], 65), (["report.py", "none.h5"], 65), (["import_survey.py", "none.csv"], 74),
-                                  (["draw_result.py"], 64)):
+            for command, code in ((["plot gross_error", "none.h5"], 65), (["report", "none.h5"], 65), (["import_survey", "none.csv"], 74),
+                                  (["plot"], 64)):
                 for how in (lambda: os.dup2(full.fileno(), 2), lambda: os.close(2)):
                     self.go(*command, code=code, before=how)
-            self.started("plot_gross_error.py", "none.h5", code=65, preexec_fn=lambda: os.dup2(full.fileno(), 2))
+            self.started("plot", "gross_error", "none.h5", code=65, preexec_fn=lambda: os.dup2(full.fileno(), 2))
 
 
 if __name__ == "__main__":

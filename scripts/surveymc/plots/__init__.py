@@ -1,0 +1,9 @@
+"""Figures of results. Each drawer is a module with a function main(); `python3 -m surveymc.plots` runs them.
+
+reading: files, tables, points of a sweep; wording: words and numbers; geometry: error ellipses; drawing: style, labels,
+axes; saving: command line and files; runner: starts drawers.
+"""
+
+import matplotlib
+
+matplotlib.use("Agg")  # files, no windows

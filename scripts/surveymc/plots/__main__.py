@@ -1,0 +1,59 @@
+"""Draws the figures of a result, whatever its experiment.
+
+    surveymc-plot RESULT.h5 [-o FOLDER] [--point N]     all that studies.toml names for the experiment
+    surveymc-plot DRAWER RESULT.h5 [options]            those of one drawer, with its own options (DRAWER --help)
+
+Prints the paths of the figures. Figures that show one sweep point are drawn of the first one, or of that given with --point.
+In the source tree the command is scripts/plot.sh.
+"""
+
+import argparse
+import os
+import sys
+
+from .. import storage, streams, studies
+from ..arguments import Parser
+from . import reading, runner, saving
+from .reading import PlotError
+
+
+def drawers():
+    folder = os.path.dirname(os.path.abspath(__file__))
+    return sorted(n for f in os.listdir(folder) if f.endswith(".py") and runner.is_drawer(n := f.removesuffix(".py")))
+
+
+def main():
+    parser = Parser(description=__doc__, epilog=f"Drawers: {', '.join(drawers())}.", formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("result", help="result file (HDF5) of surveymc")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
+    parser.add_argument("--point", type=int, metavar="N", help="sweep point of figures that show one, from 0")
+    arguments = parser.parse_args()
+    try:
+        with storage.open_file(arguments.result) as file:
+            experiment = reading.text_attribute(file, "experiment")
+    except storage.ResultError as error:
+        raise PlotError(str(error)) from None
+    folder = saving.figures_folder(arguments.output, arguments.result)
+    names = studies.study_of(studies.load(), experiment).drawers_for(arguments.result)
+    drawn = runner.draw(arguments.result, names, folder, arguments.point)
+    for note in drawn.kept:
+        print(note, file=sys.stderr)
+    for path in drawn.files:
+        print(path.removesuffix(".svg") + ".png")
+        print(path)
+    if drawn.broken:
+        raise PlotError(f"{arguments.result}: a drawer failed: {'; '.join(drawn.broken)}", drawn.code)
+    if not drawn.files:
+        said = "; ".join(drawn.messages) or f"no figures are known for experiment '{experiment}'"
+        raise PlotError(f"{arguments.result}: {said}", drawn.code or reading.BAD_DATA)
+
+
+def command():
+    if len(sys.argv) > 1 and runner.is_drawer(sys.argv[1]):
+        runner.start(sys.argv[1], sys.argv[2:])
+    else:
+        streams.run(main, runner.COMMAND)
+
+
+if __name__ == "__main__":
+    command()

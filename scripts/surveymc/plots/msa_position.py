@@ -1,0 +1,488 @@
+"""Figures of an msa_position result: how large are the errors MSA leaves, and which propagation predicts them?
+
+    plot.sh msa_position RESULT.h5 [-o FOLDER] [--point I]
+
+<stem>_position      final positions of the realisations with sample and predicted error ellipses
+<stem>_parameters    gains and biases: input, mean estimate, 3-sigma intervals (figure 6 of the thesis)
+<stem>_ratio         predicted over Monte-Carlo standard deviation, per direction and propagation
+<stem>_noise_scale   the same ratio against the size of the noise, if the run sweeps noise.scale
+
+each as PNG and SVG, and each only if the file has the data. Of a sweep the first three are drawn for the point given
+by --point (counted from 0, in the order of the file) and are then named <stem>_point<I>_<figure>.
+"""
+
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from . import drawing, geometry, reading, saving, wording
+from .drawing import LOOK, PROPAGATIONS, PUBLISHED, VERDICT_MARKER, band, interval_handle, margin_handle
+from .reading import PlotError, is_zero_to_first_order
+from .wording import SIGMA, counts_text, grouped, number, trials_text
+
+DIRECTIONS = (("north", "North"), ("east", "East"), ("vertical", "Vertical"))
+PARAMETERS = ("gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z")
+TIMES = "\N{MULTIPLICATION SIGN}"
+WIDTH = {1: 1.0, 2: 1.3, 3: 1.8}  # line widths of the k-sigma ellipses
+CIRCLE = "#888888"
+
+
+def horizontal_covariance(row):
+    return np.array([[row["nn_m2"], row["ne_m2"]], [row["ne_m2"], row["ee_m2"]]])
+
+
+# --- 1: position ----------------------------------------------------------------------------------------------------
+
+
+def read_ellipses(covariances, ellipses):
+    """The ellipse of each formulation: dict of (major, minor, azimuth_deg, centre, row of the ellipse table)."""
+    result = {}
+    for name in ("monte_carlo",) + PROPAGATIONS:
+        c, e = covariances.row(formulation=name), ellipses.row(formulation=name)
+        if c is None or e is None:
+            continue
+        matrix = horizontal_covariance(c)
+        if np.all(np.isfinite(matrix)):
+            result[name] = geometry.ellipse_axes(matrix) + ((e["center_north_m"], e["center_east_m"]), e)
+    return result
+
+
+def position_figure(title, samples, covariances, ellipses):
+    """Cloud and ellipses, twice: as a map, and along and across the predicted major axis with separate scales."""
+    shapes = read_ellipses(covariances, ellipses)
+    azimuth, truth = shapes["joint"][2:4]
+    north, east = samples["north_m"] - truth[0], samples["east_m"] - truth[1]
+
+    figure = plt.figure(figsize=(12.0, 8.8))
+    figure.suptitle(title, x=0.02, y=0.985, ha="left")
+    figure.text(0.02, 0.945, "Final position after MSA, relative to the true one. Cloud: the first "
+                f"{grouped(len(north))} realisations; statistics: {trials_text(ellipses)}.", ha="left", va="top")
+    grid = figure.add_gridspec(2, 2, left=0.07, right=0.985, top=0.875, bottom=0.02, height_ratios=(3.0, 1.15),
+                               hspace=0.21, wspace=0.2)
+    plan, axes = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
+    dots = drawing.dot_size(len(north), smallest=3.0)
+    for ax, view in ((plan, lambda n, e: (e, n)),
+                     (axes, lambda n, e: geometry.map_turned(n, e, azimuth))):
+        ax.plot(*view(north, east), ".", color="#56B4E9", markersize=dots, alpha=0.5, markeredgewidth=0,
+                rasterized=True, zorder=1)
+        draw_ellipses(ax, view, shapes, truth, ticks=ax is axes)
+        ax.plot(0, 0, "+", color="black", markersize=11, markeredgewidth=1.6, zorder=9)
+
+    plan.set_title("(a) Map, equal scales")
+    plan.set_xlabel("East of the true position (m)")
+    plan.set_ylabel("North of the true position (m)")
+    plan.margins(0.06)
+    plan.set_aspect("equal", adjustable="datalim")
+    if max(b / a for a, b, *_ in shapes.values()) < 0.2:
+        draw_rulers(plan, shapes, truth)
+        plan.set_title("(a) Map, equal scales; major axes repeated beside it")
+
+    axes.margins(0.06)
+    axes.set_xlabel(f"Along the predicted major axis, azimuth {azimuth:.2f}\N{DEGREE SIGN} (m)")
+    axes.set_ylabel(f"Across it, azimuth {(azimuth - 90) % 360:.2f}\N{DEGREE SIGN} (m)")
+    axes.autoscale_view()
+    axes.autoscale(False)
+    circle = draw_circle_about_origin(axes, truth, azimuth)
+    box = axes.get_position()
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    stretch = (box.height * figure.get_figheight() / (y1 - y0)) / (box.width * figure.get_figwidth() / (x1 - x0))
+    axes.set_title(f"(b) Along and across; across stretched {number(stretch, 2)} times")
+    ellipse_table(figure.add_subplot(grid[1, :]), shapes, circle)
+    return figure
+
+
+def draw_ellipses(ax, view, shapes, truth, ticks):
+    """The 1, 2, 3-sigma ellipses; view(north, east) gives what ax shows.
+
+    The sample ellipse first, then the longest. Degenerate ones are lines upon each other, with ticks at every k sigma
+    if wanted.
+    """
+    order_of = sorted(shapes.items(), key=lambda s: (s[0] != "monte_carlo", -s[1][0]))
+    for order, (name, (a, b, azimuth, centre, _)) in enumerate(order_of):
+        offset = (centre[0] - truth[0], centre[1] - truth[1])
+        look = {"color": LOOK[name]["color"], "linestyle": LOOK[name]["linestyle"], "zorder": 3 + 0.1 * order}
+        if geometry.is_line(a, b):
+            ends = [geometry.ellipse_points_from_axes(a, 0, azimuth, k, offset, 3) for k in (1, 2, 3)]
+            line = view(*(p[:2] for p in ends[2]))
+            ax.plot(*line, color="white", linewidth=3.2, zorder=look["zorder"], solid_capstyle="butt")
+            ax.plot(*line, linewidth=2.2, **look)
+            if ticks:
+                ax.plot(*view(*(np.concatenate([p[i][:2] for p in ends]) for i in (0, 1))), linestyle="none",
+                        marker="|", markersize=12, markeredgewidth=1.8, color=look["color"], zorder=look["zorder"])
+            continue
+        for k in (1, 2, 3):
+            ax.plot(*view(*geometry.ellipse_points_from_axes(a, b, azimuth, k, offset)), linewidth=WIDTH[k], **look)
+
+
+def draw_rulers(ax, shapes, truth):
+    """Major axes beside the cloud, in its direction, with ticks at 1, 2, 3 sigma: thin ellipses hide each other."""
+    ax.apply_aspect()
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    size = min(x1 - x0, y1 - y0)
+    azimuth = shapes["joint"][2]
+    widest = 3 * max(b for _, b, *_ in shapes.values())
+    # To the upper right of the cloud, whichever way it runs.
+    right = geometry.rotate_to_axes(1.0, 1.0, azimuth)[1] > 0
+    across = np.radians(azimuth + (90 if right else -90))
+    for i, (name, (a, _, own, centre, _)) in enumerate(shapes.items()):
+        aside = widest + size * (0.06 + 0.05 * i)
+        middle = (centre[0] - truth[0] + aside * np.cos(across), centre[1] - truth[1] + aside * np.sin(across))
+        n, e = geometry.ellipse_points_from_axes(a, 0, own, 3, middle, 3)
+        ax.plot(e[:2], n[:2], color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.6)
+        for k in (-3, -2, -1, 1, 2, 3):
+            tn = middle[0] + k * a * np.cos(np.radians(own)) + size * 0.013 * np.array((-1, 1)) * np.cos(across)
+            te = middle[1] + k * a * np.sin(np.radians(own)) + size * 0.013 * np.array((-1, 1)) * np.sin(across)
+            ax.plot(te, tn, color=LOOK[name]["color"], linewidth=1.6)
+
+
+def draw_circle_about_origin(ax, truth, azimuth):
+    """Where one and the same azimuth error at every station moves the end: a circle about the first station.
+
+    Drawn, and True, if it runs along the major axis (within half a degree): there it explains the bend of the cloud.
+    """
+    radius, bearing = np.hypot(*truth), np.arctan2(truth[1], truth[0])
+    off = (np.degrees(bearing) + 90 - azimuth + 90) % 180 - 90
+    if radius == 0 or abs(off) > 0.5:
+        return False
+    turn = bearing + np.linspace(-np.pi / 2, np.pi / 2, 4001)
+    ax.plot(*geometry.map_turned(radius * np.cos(turn) - truth[0], radius * np.sin(turn) - truth[1], azimuth),
+            color=CIRCLE, linewidth=1.0, zorder=0.9)
+    return True
+
+
+def ellipse_table(ax, shapes, circle):
+    """Legend and numbers in one: a line sample, what it is, its axes, and the share of the trials inside it."""
+    ax.set_axis_off()
+    ax.set_xlim(0, 1)
+    ax.set_ylim(-0.1, 7.4)
+    meaning = {
+        "monte_carlo": "sample covariance, about the mean",
+        "joint": "first order: each draw, direct and by the estimate",
+        "systematic": "six independent systematic errors",
+        "random": "errors independent from station to station",
+    }
+    columns = (0.60, 0.705, 0.80, 0.872, 0.932, 0.992)
+    y = 6.3
+    ax.text(0.0, y, f"Ellipses at 1, 2 and 3{SIGMA} (thin to thick)", weight="bold", va="center")
+    for x, head in zip(columns, (f"semi-major\n1{SIGMA} (m)", f"semi-minor\n1{SIGMA} (m)", "azimuth\n(\N{DEGREE SIGN})",
+                                 f"in 1{SIGMA}\n(%)", f"in 2{SIGMA}\n(%)", f"in 3{SIGMA}\n(%)")):
+        ax.text(x, y, head, ha="right", va="center", weight="bold", fontsize=9)
+    ax.axhline(y - 0.75, color="#999999", linewidth=0.8)
+    y -= 0.3
+    for name, (a, b, azimuth, _, row) in shapes.items():
+        y -= 1
+        ax.plot((0.0, 0.05), (y, y), color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.8)
+        ax.text(0.06, y, LOOK[name]["label"], va="center")
+        ax.text(0.16, y, meaning[name], va="center", fontsize=9)
+        cells = [number(a), "0 (a line)" if geometry.is_line(a, b) else number(b), f"{azimuth:.2f}"]
+        if name != "monte_carlo":  # a line has no inside
+            cells += [percent(np.nan if geometry.is_line(a, b) else row[f"coverage_{k}sigma"]) for k in (1, 2, 3)]
+        for x, cell in zip(columns, cells):
+            ax.text(x, y, cell, ha="right", va="center", weight="bold" if name == "joint" else "normal")
+    ax.axhline(y - 0.5, color="#999999", linewidth=0.8)
+    y -= 1
+    ax.plot(0.025, y, "+", color="black", markersize=11, markeredgewidth=1.6)
+    ax.text(0.06, y, "true position", va="center")
+    ax.text(columns[2], y, "expected share if normal", ha="right", va="center", fontsize=9)
+    for x, k in zip(columns[3:], (1, 2, 3)):
+        ax.text(x, y, percent(geometry.ellipse_coverage(k)), ha="right", va="center")
+    if not circle:
+        return
+    y -= 1
+    ax.plot((0.0, 0.05), (y, y), color=CIRCLE, linewidth=1.0)
+    ax.text(0.06, y, "circle about the first station: where one azimuth error, the same at all stations, moves the end",
+            va="center", fontsize=9)
+
+
+def percent(share):
+    return f"{100 * share:.1f}" if np.isfinite(share) else "\N{EN DASH}"
+
+
+# --- 2: parameters --------------------------------------------------------------------------------------------------
+
+
+def parameters_figure(title, table):
+    """Deviation of each parameter from its input: Monte Carlo, prediction and publication, all with 3-sigma bars."""
+    rows = {q: table.row(quantity=q) for p in PARAMETERS for q in (f"mean_{p}", f"sigma3_{p}")}
+    if any(r is None for r in rows.values()):
+        raise PlotError("table 'parameters' lacks mean_ or sigma3_ of a gain or a bias")
+    published = any(np.isfinite(r["published"]) for r in rows.values())
+    mean_look = {"color": "#009E73", "marker": "s", "markersize": 7, "markeredgecolor": "white"}
+    input_look = {"color": "#D55E00", "marker": "D", "markersize": 6.5, "markeredgecolor": "white"}
+
+    figure, panels = plt.subplots(2, 3, figsize=(12.0, 8.0))
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.865, bottom=0.155, hspace=0.46, wspace=0.34)
+    figure.suptitle(title, x=0.02, y=0.985, ha="left")
+    figure.text(0.02, 0.942, f"Estimated gains and biases minus their input; bars are 3{SIGMA}. {trials_text(table)}.",
+                ha="left", va="top")
+    for ax, p in zip(panels.flat, PARAMETERS):
+        mean, sigma3 = rows[f"mean_{p}"], rows[f"sigma3_{p}"]
+        kind, axis = p.split("_")
+        true = mean["analytic"]
+        bars = [sigma3["monte_carlo"], sigma3["analytic"]] + ([sigma3["published"]] if published else [])
+        scale, unit = panel_unit(max((b for b in bars if np.isfinite(b)), default=1.0), "nT" if kind == "bias" else "")
+        deviation = (mean["monte_carlo"] - true) / scale
+        bars = [b / scale for b in bars]
+        ax.axhline(0, color=input_look["color"], linewidth=1.0)
+        ax.bar(0, 2 * bars[0], bottom=deviation - bars[0], width=0.36, color=LOOK["monte_carlo"]["color"], alpha=0.85)
+        ax.plot(0, deviation, linestyle="none", zorder=4, **mean_look)
+        ax.bar(1, 2 * bars[1], bottom=-bars[1], width=0.09, color=LOOK["joint"]["color"])
+        ax.plot(1, 0, linestyle="none", zorder=4, **input_look)
+        if published and np.isfinite(mean["published"]):
+            ax.errorbar(2, (mean["published"] - true) / scale, fmt="o", color=PUBLISHED, elinewidth=2.2, capsize=5,
+                        capthick=1.6, yerr=bars[2] if np.isfinite(bars[2]) else None)
+        digits = decimals(bars)
+        ax.set_xticks(range(len(bars)))
+        ax.set_xticklabels([f"{n}\n\N{PLUS-MINUS SIGN}{b:.{digits}f}" if np.isfinite(b) else f"{n}\n\N{EN DASH}"
+                            for n, b in zip(("Monte Carlo", "predicted", "published"), bars)])
+        ax.set_xlim(-0.55, len(bars) - 0.45)
+        ax.grid(False, axis="x")
+        ax.tick_params(axis="x", length=0)
+        ax.yaxis.set_major_locator(MaxNLocator(7, steps=(1, 2, 5, 10)))
+        reach = max(abs(y) for y in ax.get_ylim())  # the input in the middle: asymmetry is visible
+        ax.set_ylim(-reach, reach)
+        shown = f"{true:.3f}" if kind == "gain" else f"{true:g} nT".replace("-", "\N{MINUS SIGN}")
+        ax.set_title(f"{kind.capitalize()} {axis}, input {shown}")
+        ax.set_ylabel(f"{kind.capitalize()} {axis} \N{MINUS SIGN} input{unit}")
+    handles = [
+        Line2D([], [], linestyle="none", label="input (true value)", **input_look),
+        Line2D([], [], linestyle="none", label="mean of the estimates", **mean_look),
+        Patch(color=LOOK["monte_carlo"]["color"], alpha=0.85, label=f"3{SIGMA} Monte Carlo"),
+        Line2D([], [], color=LOOK["joint"]["color"], linewidth=4, label=f"3{SIGMA} predicted, about the input"),
+    ]
+    if published:
+        handles.append(Line2D([], [], color=PUBLISHED, marker="o", linewidth=2.2,
+                              label=f"published mean \N{PLUS-MINUS SIGN} 3{SIGMA}"))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.035))
+    figure.text(0.5, 0.014, f"\N{PLUS-MINUS SIGN}: half length of the bar, 3{SIGMA}, in the unit of the panel",
+                ha="center", va="bottom", fontsize=9, color="#444444")
+    return figure
+
+
+def decimals(values):
+    """Decimals that give the smallest of some values three significant digits."""
+    sizes = [np.floor(np.log10(abs(v))) for v in values if np.isfinite(v) and v != 0]
+    return int(max(2 - min(sizes), 0)) if sizes else 0
+
+
+def panel_unit(largest, unit):
+    """Scale and text of the unit, so that the ticks of small values stay short: (1e-3, ' (10^-3 nT)')."""
+    if largest >= 0.002 or largest <= 0:
+        return 1.0, f" ({unit})" if unit else ""
+    exponent = 3 * int(np.floor(np.log10(largest) / 3))
+    return 10.0**exponent, f" ($10^{{{exponent}}}$ {unit})".replace(" )", ")")
+
+
+# --- 3: ratio -------------------------------------------------------------------------------------------------------
+
+
+def ratio_figure(title, table, margin, confidence):
+    """Predicted over Monte-Carlo sd: three directions; in each the propagations and what was published."""
+    groups = []
+    for d, label in DIRECTIONS:
+        slots = []
+        for f in PROPAGATIONS:
+            row = table.row(quantity=f"sigma3_{d}", formulation=f)
+            if row is not None:
+                slots.append((f, row))
+                if np.isfinite(row["published_ratio"]) and row["published_ratio"] > 0:
+                    slots.append(("published", row))
+        if slots:
+            groups.append((label, slots))
+    if not groups:
+        raise PlotError("table 'position' has no rows sigma3_north, sigma3_east, sigma3_vertical")
+    figure, ax = plt.subplots(figsize=(11.5, 6.8))
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.88, bottom=0.24)
+    figure.suptitle(title, x=0.02, y=0.985, ha="left")
+    figure.text(0.02, 0.935, "Predicted standard deviation of the final position over the Monte-Carlo one. "
+                f"{trials_text(table)}.", ha="left", va="top")
+    band(ax, margin)
+    ax.set_yscale("log")
+    low, high, x, wrong_on_purpose, verdicts, places, names = 0.8, 1.25, 0.0, [], set(), [], []
+    for label, slots in groups:
+        if places:
+            ax.axvline(x - 0.1, color="#BBBBBB", linewidth=0.8)
+            x += 0.8
+        first = x
+        nothing = all(is_zero_to_first_order(row) for f, row in slots if f != "published")
+        for f, row in slots:
+            places.append(x)
+            names.append(f)
+            if f == "published":
+                value = row["published_ratio"]
+                ax.plot(x, value, marker="s", color=PUBLISHED, markersize=6.5, zorder=4)
+                annotate_ratio(ax, x, value, value, f"{value:.3f}")
+                low, high = min(low, value), max(high, value)
+            elif np.isfinite(row["ratio"]) and not is_zero_to_first_order(row):
+                value, below, above = row["ratio"], row["ratio_ci_low"], row["ratio_ci_high"]
+                ax.errorbar(x, value, yerr=[[value - below], [above - value]], color=LOOK[f]["color"], zorder=4,
+                            fmt=VERDICT_MARKER.get(row["verdict"], "s"), markersize=7.5, elinewidth=1.6, capsize=4)
+                annotate_ratio(ax, x, value, above if value >= 1 else below, f"{value:.3f}\n{below:.3f} to {above:.3f}")
+                low, high = min(low, below if below > 0 else value), max(high, above)
+                verdicts.add(row["verdict"])
+                if row["expected"] == "differs" and f not in wrong_on_purpose:
+                    wrong_on_purpose.append(f)
+            elif not nothing:
+                text = "zero to first order" if np.isfinite(row["ratio"]) else "no estimates"
+                ax.annotate(text, (x, 1), xytext=(0, 10), textcoords="offset points", rotation=90,
+                            ha="center", va="bottom", style="italic", fontsize=9)
+            x += 1
+        middle = (first + x - 1) / 2
+        ax.annotate(f"{label}\nMonte Carlo 1{SIGMA} = {length(slots[0][1]['monte_carlo'] / 3)}", (middle, 0),
+                    xycoords=("data", "axes fraction"), xytext=(0, -24), textcoords="offset points", ha="center",
+                    va="top", weight="bold")
+        if nothing:
+            ax.annotate("zero to first order:\nnothing to compare", (middle, 1), xytext=(0, 26), ha="center",
+                        textcoords="offset points", va="bottom", style="italic")
+    tall = 72 * figure.get_figheight() * ax.get_position().height  # points
+    room = 60 if "published" in names else 40  # for the text at the outermost marker; beside each other, for two
+    beyond = (high / low) ** (room / (tall - 2 * room))
+    low, high = low / beyond, high * beyond
+    ax.set_ylim(low, high)
+    drawing.plain_log_axis(ax.yaxis, low, high)
+    ax.set_ylabel("Predicted / Monte-Carlo standard deviation")
+    ax.set_xticks(places)
+    ax.set_xticklabels([LOOK[f]["label"] if f in LOOK else f for f in names])
+    for tick, f in zip(ax.get_xticklabels(), names):
+        tick.set_fontsize(9 if len(names) < 13 else 7)
+        tick.set_color(LOOK[f]["color"] if f in LOOK else PUBLISHED)
+    ax.set_xlim(-0.7, x - 0.3)
+    ax.grid(False, axis="x")
+    ax.tick_params(axis="x", length=0)
+    handles = [Line2D([], [], linestyle="none", marker=VERDICT_MARKER[v], color="#444444", label=v)
+               for v in VERDICT_MARKER if v in verdicts]
+    handles.append(interval_handle(confidence))
+    handles += margin_handle(margin)
+    if "published" in names:
+        handles.append(Line2D([], [], linestyle="none", marker="s", color=PUBLISHED, label="published / Monte Carlo"))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.055))
+    if wrong_on_purpose:
+        figure.text(0.5, 0.025, f"Expected to differ, being wrong on purpose: {', '.join(wrong_on_purpose)}.",
+                    ha="center", va="bottom", fontsize=9, color="#444444")
+    return figure
+
+
+def annotate_ratio(ax, x, value, end, text):
+    """The numbers of a marker, beyond the end of its interval and away from the line at 1."""
+    drawing.label_points(ax, text, (x, value), end, value >= 1, fontsize=8.5, linespacing=1.15)
+
+
+def length(metres):
+    """A length for people: millimetres if it is small."""
+    return f"{number(metres)} m" if not abs(metres) < 0.1 else f"{number(1000 * metres)} mm"
+
+
+# --- 4: noise scale -------------------------------------------------------------------------------------------------
+
+
+def noise_scale_figure(title, table, keys, margin, confidence):
+    """Ratio of the joint prediction against the noise: it tends to 1 where only nonlinearity kept it away."""
+    others = [k for k in keys if k != "noise.scale"]
+    curves = reading.sweep_points(table, others)
+    joint = table.where(lambda i: table["formulation"][i] == "joint")
+    figure, panels = plt.subplots(1, 3, figsize=(12.0, 6.0), sharey=True)
+    figure.subplots_adjust(left=0.07, right=0.985, top=0.81, bottom=0.19, wspace=0.06)
+    figure.suptitle(title, x=0.02, y=0.98, ha="left")
+    figure.text(0.02, 0.925, "Joint prediction over Monte-Carlo standard deviation of the final position. "
+                f"{counts_text(table['trials'])} trials a point.\n"
+                "All points use the same random numbers: an offset that all of them share is sampling error.",
+                ha="left", va="top", linespacing=1.4)
+    markers, lines = "osD^vP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))
+    palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
+    scales = sorted(set(table["noise.scale"]))
+    low, high = 1 - 1.3 * (margin or 0.03), 1 + 1.3 * (margin or 0.03)
+    for ax, (d, label) in zip(panels, DIRECTIONS):
+        band(ax, margin)
+        zero = []
+        for c, curve in enumerate(curves):
+            rows = reading.at_point(joint, others, curve).where(lambda i: True)
+            rows = rows.where(lambda i: rows["quantity"][i] == f"sigma3_{d}")
+            keep = [i for i in range(rows.rows) if np.isfinite(rows["ratio"][i])
+                    and not is_zero_to_first_order({k: rows[k][i] for k in ("analytic", "ratio")})]
+            if not keep:
+                zero.append(wording.point_name(others, curve))
+                continue
+            keep.sort(key=lambda i: rows["noise.scale"][i])
+            # Side by side, not on top of each other: 3 % of the abscissa apart.
+            x = rows["noise.scale"][keep] * 1.035 ** (c - (len(curves) - 1) / 2)
+            y, y0, y1 = (rows[k][keep] for k in ("ratio", "ratio_ci_low", "ratio_ci_high"))
+            ax.errorbar(x, y, yerr=[y - y0, y1 - y], marker=markers[c % len(markers)], linestyle=lines[c % len(lines)],
+                        color=palette[c % len(palette)], elinewidth=1.2, markersize=6)
+            low, high = min(low, y0.min()), max(high, y1.max())
+        ax.set_xscale("log")
+        ax.set_xlim(scales[0] / 1.25, scales[-1] * 1.25)
+        drawing.plain_log_axis(ax.xaxis, scales[0] / 1.25, scales[-1] * 1.25)
+        ax.set_xticks(scales)
+        ax.set_title(label)
+        ax.set_xlabel("Noise scale (1: as in the config)")
+        if zero:
+            ax.annotate(f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(curves)} curves'}:\nzero to first order, not drawn", (0.04, 0.04), xycoords="axes fraction",
+                        va="bottom", style="italic", fontsize=9)
+    spread = high - low
+    panels[0].set_ylim(low - 0.06 * spread, high + 0.06 * spread)
+    if high > 3 * low > 0:
+        panels[0].set_yscale("log")
+        panels[0].set_ylim(low / 1.1, high * 1.1)
+        drawing.plain_log_axis(panels[0].yaxis, low / 1.1, high * 1.1)
+    panels[0].set_ylabel("Predicted / Monte-Carlo standard deviation")
+    handles = [Line2D([], [], marker=markers[c % len(markers)], linestyle=lines[c % len(lines)],
+                      color=palette[c % len(palette)], label=wording.point_name(others, curve) or "joint")
+               for c, curve in enumerate(curves)]
+    handles.append(interval_handle(confidence))
+    handles += margin_handle(margin)
+    columns = drawing.legend_columns(figure, handles)
+    figure.subplots_adjust(bottom=0.15 + 0.045 * -(-len(handles) // columns))
+    figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.02))
+    return figure
+
+
+# --------------------------------------------------------------------------------------------------------------------
+
+
+def main():
+    parser = saving.argument_parser("Draw the figures of an msa_position result.")
+    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the first three figures, from 0")
+    arguments = parser.parse_args()
+    drawing.use_style()
+    with reading.open_result(arguments.result, "msa_position") as file:
+        config = reading.configuration(file)
+        title = wording.title_of(file)
+        tables = {n: reading.read_table(file, n) for n in ("parameters", "position", "ellipse", "position_covariance")}
+        samples = reading.read_table(file, "realisations", "samples")
+    position = tables["position"]
+    if position is None or position.rows == 0:
+        raise PlotError(f"{arguments.result}: table 'position' is missing or empty")
+    rule = config.get("verdict", {})
+    margin, confidence = float(rule.get("margin", 0)), position.confidence
+
+    keys = reading.sweep_keys(config, position)
+    points = reading.sweep_points(position, keys)
+    index = reading.chosen_point(arguments, points)
+    figures, notes = {}, []
+    if len(points) == 1 or index is not None:
+        point = points[index or 0]
+        prefix = "" if len(points) == 1 else f"point{index}_"
+        heading = title + (f": {wording.point_name(keys, point)}" if keys else "")
+        here = {n: reading.at_point(t, keys, point) for n, t in tables.items()}
+        cloud = reading.at_point(samples, keys, point)
+        covariances, ellipses = here["position_covariance"], here["ellipse"]
+        if cloud is None or cloud.rows == 0:
+            notes.append("no position figure: the file has no realisations (save_samples in the config)")
+        elif not (covariances and ellipses and {"monte_carlo", "joint"} <= set(read_ellipses(covariances, ellipses))):
+            notes.append("no position figure: the file has no error ellipses")
+        else:
+            figures[prefix + "position"] = position_figure(heading, cloud, covariances, ellipses)
+        if here["parameters"]:
+            figures[prefix + "parameters"] = parameters_figure(heading, here["parameters"])
+        figures[prefix + "ratio"] = ratio_figure(heading, here["position"], margin, confidence)
+    if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
+        figures["noise_scale"] = noise_scale_figure(title, position, keys, margin, confidence)
+    if not figures:
+        raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I")
+    for text in notes:
+        print(text, file=sys.stderr)
+    saving.save_all(figures, arguments)

@@ -1,0 +1,169 @@
+"""Figures of an mwd_drift result, for plot.sh monitoring.
+
+<stem>_tracks      one well: channels with the SPRT's alarms shaded, biases that the filter estimates with 2-sigma bands
+<stem>_detection   share of wells with an alarm up to a depth, with and without drift, every point of the sweep
+<stem>_verdicts    consistency of the filter against theory and false alarms, every point of the sweep
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..arguments import USAGE
+from . import drawing, reading, saving, wording
+
+METHODS = {"channel_sprt": ("SPRT on each channel", "#0072B2", "-"), "bias_filter": ("bias filter", "#D55E00", "--")}
+ALARM, TRUTH, BAND = "#F0E442", "#222222", "#D55E00"
+CHANNELS = (("gravity", "Gravity |g|"), ("total_field", "Total field |b|"), ("dip", "Dip"))
+SENSORS = (("gx", "mg"), ("gy", "mg"), ("gz", "mg"), ("bx", "nT"), ("by", "nT"), ("bz", "nT"))
+
+
+def held(on):
+    """[(first, last)] of the stretches in which `on` is true."""
+    edges = np.diff(np.concatenate(([0], np.asarray(on).astype(int), [0])))
+    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+
+
+def shade(ax, depth, on):
+    half = 0.5 * (depth[1] - depth[0])
+    for first, last in held(on):
+        ax.axvspan(depth[first] - half, depth[last] + half, color=ALARM, alpha=0.55, linewidth=0, zorder=0)
+
+
+def tracks_figure(title, series):
+    figure, axes = plt.subplots(3, 3, figsize=(13.0, 8.6), sharex=True)
+    figure.subplots_adjust(left=0.06, right=0.99, top=0.845, bottom=0.075, hspace=0.3, wspace=0.22)
+    drawing.heading(figure, title, "First well. Top: channels less reference; yellow: the SPRT on this channel holds an alarm. "
+                     "Below: biases that the filter estimates;\nyellow: its alarm names this sensor.")
+    depth = series["md_m"]
+    for ax, (key, name) in zip(axes[0], CHANNELS):
+        shade(ax, depth, series[f"decision_{key}"] != 0)
+        ax.axhline(0, color=TRUTH, linewidth=0.8)
+        ax.plot(depth, series[f"{key}_sd"], color="#0072B2", marker=".", linewidth=0.8)
+        ax.set_title(name)
+        ax.set_ylabel("Residual (sd)")
+        low, high = ax.get_ylim()
+        ax.set_ylim(min(low, -3.5), max(high, 3.5))
+    for row, sensors in ((1, SENSORS[:3]), (2, SENSORS[3:])):
+        names = [f"{s}_{u}" for s, u in sensors]
+        reach = 1.08 * max(np.max(np.abs(series[f"bias_{n}"]) + 2 * series[f"sd_{n}"]) for n in names)
+        reach = max(reach, 1.08 * max(np.max(np.abs(series[f"true_{n}"])) for n in names))
+        for ax, (sensor, unit), n in zip(axes[row], sensors, names):
+            shade(ax, depth, np.array([x == sensor for x in series["named"]]))
+            bias, sd, true = series[f"bias_{n}"], series[f"sd_{n}"], series[f"true_{n}"]
+            ax.fill_between(depth, bias - 2 * sd, bias + 2 * sd, color=BAND, alpha=0.22, linewidth=0,
+                            label="estimate ± 2 sd of the filter")
+            ax.plot(depth, bias, color=BAND, linewidth=1.4, label="estimate")
+            ax.plot(depth, true, color=TRUTH, linewidth=1.3, linestyle=(0, (4, 2)), label="true bias")
+            ax.set_ylim(-reach, reach)
+            drifts = np.any(true != 0)
+            ax.set_title(f"{sensor[0].upper()}{sensor[1]}: {'drifts' if drifts else 'healthy'}")
+            ax.set_ylabel(f"Bias ({unit})")
+    for ax in axes[2]:
+        ax.set_xlabel("Measured depth from the first station (m)")
+        ax.set_xlim(depth[0], depth[-1])
+    figure.legend(*axes[1][0].get_legend_handles_labels(), loc="upper right", ncol=3, bbox_to_anchor=(0.992, 0.985))
+    return figure
+
+
+def detection_figure(title, curve, keys, points):
+    columns = min(len(points), 2)
+    lines = -(-len(points) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(6.2 * columns, 1.6 + 3.3 * lines), sharex=True, sharey=True,
+                                squeeze=False)
+    high = figure.get_figheight()
+    figure.subplots_adjust(left=0.85 / (6.2 * columns), right=1 - 0.15 / (6.2 * columns), top=1 - 1.35 / high,
+                           bottom=0.6 / high, hspace=0.22, wspace=0.06)
+    drawing.heading(figure, title, f"{wording.trials_text(curve)}. Share of wells with an alarm up to a depth; bands: {100 * curve.confidence:g} % intervals. "
+                     "Thin: without drift.\nGrey: the drift grows.")
+    for ax, point in zip(axes.flat, points):
+        c = reading.at_point(curve, keys, point)
+        for m, (label, colour, style) in METHODS.items():
+            of = c.where(lambda i, c=c, m=m: c["method"][i] == m)
+            x = of["md_m"]
+            start = np.flatnonzero(of["drift_share"] > 0)[0] - 1
+            ax.axvspan(x[start], x[-1], color="#EEEEEE", linewidth=0, zorder=0)
+            ax.fill_between(x, 100 * of["p_alarm_ci_low"], 100 * of["p_alarm_ci_high"], color=colour, alpha=0.22,
+                            linewidth=0)
+            ax.plot(x, 100 * of["p_alarm"], color=colour, linestyle=style, linewidth=2.0, label=label)
+            ax.plot(x, 100 * of["p_alarm_without_drift"], color=colour, linestyle=style, linewidth=0.8)
+        ax.axhline(50, color="#888888", linewidth=0.6)
+        ax.set_xlim(x[0], x[-1])
+        ax.set_ylim(-2, 102)
+        ax.set_title(wording.point_name(keys, point) if keys else "")
+    for ax in axes[-1]:
+        ax.set_xlabel("Measured depth from the first station (m)")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("Wells with an alarm (%)")
+    for ax in list(axes.flat)[len(points):]:
+        ax.set_visible(False)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="upper right", ncol=2,
+                  bbox_to_anchor=(0.992, 1 - 0.02 / high))
+    return figure
+
+
+ROWS = (("bias_filter", "nis_mean", "Mean NIS\n(theory 3)"), ("bias_filter", "nis_within_95", "NIS below its\n95 % quantile"),
+        ("bias_filter", "nees_mean", "Mean NEES\n(theory 6)"),
+        ("channel_sprt", "p_alarm_without_drift", "False alarms\nof the SPRT"))
+
+
+def verdicts_figure(title, comparison, keys, points):
+    """Theory over Monte Carlo; the band behind each quantity is that of its own margin."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 5.0), width_ratios=(3, 1))
+    figure.subplots_adjust(left=0.065, right=0.99, top=0.76, bottom=0.14, wspace=0.2)
+    drawing.heading(figure, title, f"{wording.trials_text(comparison)} a point. Theory over Monte Carlo, {100 * comparison.confidence:g} % intervals. NIS and NEES: all six biases walk as "
+                     "the filter assumes;\nfalse alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.")
+    colours = plt.rcParams["axes.prop_cycle"].by_key()["color"]
+    seen, margins = [], []
+    for ax, rows in ((left, ROWS[:3]), (right, ROWS[3:])):
+        ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
+        own = []
+        for x, (formulation, quantity, _) in enumerate(rows):
+            of = comparison.where(lambda i, f=formulation, q=quantity: (comparison["formulation"][i], comparison["quantity"][i]) == (f, q))
+            margin = np.min(of["margin"])
+            if not np.isfinite(margin):  # a row that is not judged has none
+                continue
+            ax.fill_between([x - 0.5, x + 0.5], 1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
+            own.append(margin)
+        margins += own
+        for n, point in enumerate(points):
+            table = reading.at_point(comparison, keys, point)
+            at = (n - (len(points) - 1) / 2) * min(0.16, 0.7 / len(points))
+            for x, (formulation, quantity, _) in enumerate(rows):
+                r = table.row(formulation=formulation, quantity=quantity)
+                if not np.isfinite(r["ratio"]):
+                    continue
+                # An end that is infinite lies outside the panel.
+                ends = [[r["ratio"] - r["ratio_ci_low"]], [min(r["ratio_ci_high"], 1e9) - r["ratio"]]]
+                ax.errorbar([x + at], [r["ratio"]], color=colours[n % len(colours)], marker="os^vDP"[n % 6], capsize=4,
+                            yerr=ends, linestyle="none",
+                            label=wording.point_name(keys, point) if x == 0 and ax is left and keys else None)
+                seen.append((ax, r["ratio_ci_low"], r["ratio_ci_high"]))
+        ax.set_xticks(range(len(rows)), [name for _, _, name in rows])
+        ax.set_xlim(-0.6, len(rows) - 0.4)
+        reach = np.exp(max([1.5 * np.log1p(max(own, default=0.1))] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends if 0 < r < np.inf]))
+        ax.set_yscale("log")
+        drawing.plain_log_axis(ax.yaxis, 1 / reach, reach)
+        ax.set_ylim(1 / reach, reach)
+        ax.set_ylabel("Theory / Monte Carlo")
+    handles, labels = left.get_legend_handles_labels()
+    band = drawing.margin_handle(min(margins), max(margins)) if margins else []
+    figure.legend(handles + band, labels + [h.get_label() for h in band],
+                  loc="upper right", ncol=len(labels) + 1, bbox_to_anchor=(0.992, 0.86), fontsize="small")
+    return figure
+
+
+def draw(file, stem, folder, point_number):
+    """All figures of a result; point_number: of the sweep, for the tracks."""
+    config = reading.configuration(file)
+    curve, comparison, series = (reading.read_table(file, n) for n in ("alarm_curve", "comparison", "series"))
+    keys = reading.sweep_keys(config, curve)
+    points = reading.sweep_points(curve, keys)
+    if not 0 <= point_number < len(points):
+        raise reading.PlotError(f"--point {point_number}: must be in [0, {len(points) - 1}]", USAGE)
+    title = wording.title_of(file)
+    saving.save(detection_figure(title, curve, keys, points), folder, f"{stem}_detection")
+    saving.save(verdicts_figure(title, comparison, keys, points), folder, f"{stem}_verdicts")
+    point = points[point_number]
+    if len(points) > 1:
+        stem, title = f"{stem}_point{point_number}", f"{title}: {wording.point_name(keys, point)}"
+    saving.save(tracks_figure(title, reading.at_point(series, keys, point)), folder, f"{stem}_tracks")

@@ -1,0 +1,227 @@
+"""Figures and text tables of the study of S. Vis (TU Delft 2019) that span its tests: configs/thesis/*.toml.
+
+    plot.sh thesis RESULT.h5 [-o FOLDER]
+
+What the result has decides what is drawn, each as PNG and SVG:
+<stem>_hypotheses        noise_hypotheses.toml: which reading of the noise reproduces table 5
+<stem>_ladder            wls_ladder.toml: 3 sigma of each parameter, from WLS to MSA
+<stem>_estimators        joint_estimation.toml: position after msa, msa_weighted, msa_joint
+<stem>_published         table8.toml, table9_10_11.toml: position uncertainty, published and ours
+<stem>_ellipsoid_<case>  table8.toml: figure 7 of the thesis (error_ellipsoids)
+
+Rankings and comparisons with published values are printed too. Figures of single points, and of the noise scale, are
+plot.sh msa_position's.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+
+from . import drawing, error_ellipsoids, estimator_figures, reading, saving, wording
+from .drawing import LOOK, PROPAGATIONS, heading
+from .reading import PlotError
+from .wording import SIGMA, number
+
+DIRECTIONS = ("north", "east")
+REFERENCE_LOOK = {"exact": "#222222", "107 nT/.16 deg per run": "#D55E00", "130 nT/.20 deg per run": "#E69F00",
+                  "107 nT/.16 deg per station": "#0072B2", "130 nT/.20 deg per station": "#56B4E9"}
+
+
+def text_table(title, head, rows, left=1):
+    """Prints an aligned table; the first `left` columns to the left."""
+    cells = [head] + rows
+    widths = [max(len(r[c]) for r in cells) for c in range(len(head))]
+    print(title)
+    for i, row in enumerate(cells):
+        print("  ".join(v.ljust(w) if c < left else v.rjust(w) for c, (v, w) in enumerate(zip(row, widths))).rstrip())
+        if i == 0:
+            print("-" * (sum(widths) + 2 * (len(widths) - 1)))
+    print()
+
+
+# --- which reading of the noise -------------------------------------------------------------------------------------
+
+
+def readings_of_the_noise(parameters):
+    """All published / Monte-Carlo ratios of each reading over its tests: {(law, reference): array}, best rms first."""
+    ratios = {}
+    for i in range(parameters.rows):
+        if parameters["quantity"][i].startswith("sigma3_") and parameters["published_ratio"][i] > 0:
+            test, reference = parameters["case"][i].split(": ", 1)
+            key = (parameters["noise.law"][i], reference.removeprefix("reference "))
+            ratios.setdefault(key, {})[(test, parameters["quantity"][i])] = parameters["published_ratio"][i]
+    arrays = {key: np.array(list(r.values())) for key, r in ratios.items()}
+    return dict(sorted(arrays.items(), key=lambda kv: rms(kv[1])))
+
+
+def rms(ratios):
+    """Root mean square of ln(ratio): 0.1 is 10 % off."""
+    return float(np.sqrt(np.mean(np.log(ratios) ** 2)))
+
+
+def hypotheses_figure(title, parameters):
+    ranked = readings_of_the_noise(parameters)
+    tests = sorted({c.split(": ")[0] for c in parameters["case"]})
+    text_table(f"readings of the noise against published 3-sigma of {', '.join(tests)}, best first",
+               ["rank", "noise law", "reference", "rms ln ratio", "min ratio", "max ratio"],
+               [[str(i), law.replace("_", " "), reference, f"{rms(r):.3f}", f"{r.min():.3f}", f"{r.max():.3f}"]
+                for i, ((law, reference), r) in enumerate(ranked.items(), 1)], left=3)
+    count = len(ranked)
+    figure, (ax, bars) = plt.subplots(1, 2, figsize=(12.0, 0.34 * count + 2.3), sharey=True, width_ratios=(2.6, 1))
+    figure.subplots_adjust(left=0.285, right=0.975, top=1 - 0.85 / figure.get_figheight(),
+                           bottom=0.95 / figure.get_figheight(), wspace=0.05)
+    size = len(next(iter(ranked.values())))
+    heading(figure, title, f"{size} published standard deviations over Monte Carlo ({', '.join(tests)}; "
+            f"{wording.counts_text(parameters['trials'])} trials a point). Noise law and reference on the left; "
+            "the noise's size is the same in all.")
+    for y, ((law, reference), r) in enumerate(ranked.items()):
+        colour = REFERENCE_LOOK.get(reference, "#222222")
+        ax.plot((r.min(), r.max()), (y, y), color=colour, linewidth=1.2, alpha=0.5)
+        ax.plot(r, np.full(size, y), "o", color=colour, markersize=4.5, alpha=0.75, markeredgewidth=0)
+        bars.barh(y, rms(r), height=0.6, color=colour)
+        bars.text(rms(r), y, f" {rms(r):.3f}", va="center", fontsize=9, weight="bold" if y == 0 else "normal")
+    ax.axvline(1, color="#444444", linewidth=1.0, zorder=1)
+    ax.set_xscale("log")
+    low, high = (f(f(r) for r in ranked.values()) for f in (min, max))
+    ax.set_xlim(low / 1.25, high * 1.25)
+    drawing.plain_log_axis(ax.xaxis, low / 1.25, high * 1.25)
+    ax.set_yticks(range(count))
+    ax.set_yticklabels([f"{law.replace('_', ' ')}, {reference.replace(' deg', chr(176))}"
+                        for law, reference in ranked])
+    ax.set_ylim(count - 0.4, -0.6)
+    ax.set_xlabel("Published / Monte-Carlo standard deviation (one point a parameter and test)")
+    bars.set_xlabel("Root mean square of ln(ratio)")
+    bars.set_xlim(0, 1.18 * max(rms(r) for r in ranked.values()))
+    handles = [Line2D([], [], color=c, marker="o", label=f"reference {n.replace(' deg', chr(176))}")
+               for n, c in REFERENCE_LOOK.items() if any(reference == n for _, reference in ranked)]
+    figure.legend(handles=handles, loc="lower center", ncol=5, bbox_to_anchor=(0.5, 0.005))
+    return figure
+
+
+# --- published positions --------------------------------------------------------------------------------------------
+
+
+def published_text(table, keys):
+    """Prints every published value of a comparison table beside ours."""
+    rows, seen = [], set()
+    for i in range(table.rows):
+        row = {k: v[i] for k, v in table.items()}
+        point = tuple(row[k] for k in keys)
+        if not np.isfinite(row["published"]) or (point, row["quantity"], row["published"]) in seen:
+            continue  # one value may stand beside several formulations
+        seen.add((point, row["quantity"], row["published"]))
+        over = [row["published"] / row[k] if row[k] != 0 else np.nan for k in ("monte_carlo", "analytic")]
+        rows.append([wording.point_name(keys, point), row.get("formulation", ""), row["quantity"], row["unit"],
+                     *(number(row[k], 5) for k in ("published", "monte_carlo", "analytic")), *(number(r) for r in over)])
+    if rows:
+        text_table(f"{table.name}: published values beside ours",
+                   ["point", "formulation", "quantity", "unit", "published", "Monte Carlo", "predicted", "pub. / MC",
+                    "pub. / predicted"], rows, left=4)
+
+
+def source_of(config, case, formulation):
+    """'table 10' of the [[published]] entry behind a row."""
+    for entry in reversed(config.get("published", [])):
+        if (entry.get("table") == "position" and entry.get("formulation", "") == formulation
+                and entry.get("at", {}).get("case", case) == case):
+            return entry.get("source", "published").split(", ")[-1]
+    return "published"
+
+
+def published_figure(title, position, config, confidence):
+    tests = list(dict.fromkeys(position["case"]))
+    figure, panels = plt.subplots(1, 2, figsize=(12.5, 6.6))
+    figure.subplots_adjust(left=0.07, right=0.985, top=0.84, bottom=0.155, wspace=0.16)
+    heading(figure, title, f"3{SIGMA} of the final position, published (hollow; the number is published / predicted) beside "
+            f"ours. {wording.counts_text(position['trials'])} trials a point.")
+    sources = {}
+    for ax, d in zip(panels, DIRECTIONS):
+        for i, test in enumerate(tests):
+            for f, formulation in enumerate(PROPAGATIONS):
+                row = position.row(case=test, quantity=f"sigma3_{d}", formulation=formulation)
+                if row is None:
+                    continue
+                x = i + 0.25 * (f - 1)
+                if f == 0:
+                    ax.errorbar(i - 0.42, row["monte_carlo"], color=LOOK["monte_carlo"]["color"], marker="o", markersize=6.5,
+                                yerr=[[row["monte_carlo"] - row["monte_carlo_ci_low"]],
+                                      [row["monte_carlo_ci_high"] - row["monte_carlo"]]])
+                ax.plot(x, row["analytic"], linestyle="none", marker="_", color=LOOK[formulation]["color"], markersize=16,
+                        markeredgewidth=2.4)
+                if not np.isfinite(row["published"]):
+                    continue
+                sources.setdefault(formulation, source_of(config, test, formulation))
+                ax.plot(x, row["published"], linestyle="none", marker="s", markerfacecolor="none", markersize=8,
+                        color=LOOK[formulation]["color"], markeredgewidth=1.4)
+                above = row["published"] >= row["analytic"]
+                ax.annotate(f"{row['published'] / row['analytic']:.2f}", (x, row["published"]),
+                            xytext=(0, 9 if above else -9), textcoords="offset points", ha="center",
+                            va="bottom" if above else "top", fontsize=9)
+            if i:
+                ax.axvline(i - 0.56, color="#BBBBBB", linewidth=0.8)
+        ax.set_yscale("log")
+        low, high = ax.get_ylim()
+        ax.set_ylim(low / 1.15, high * 1.15)
+        drawing.plain_log_axis(ax.yaxis, *ax.get_ylim())
+        ax.set_xlim(-0.56, len(tests) - 0.56)
+        ax.set_xticks(np.arange(len(tests)) - 0.05)
+        ax.set_xticklabels(tests)
+        ax.grid(False, axis="x")
+        ax.set_title(d.capitalize())
+        ax.set_ylabel(f"3{SIGMA} of {d} (m)")
+    handles = [Line2D([], [], linestyle="none", marker="o", color=LOOK["monte_carlo"]["color"], label="Monte Carlo"),
+               drawing.interval_handle(confidence)]
+    for f in PROPAGATIONS:
+        handles.append(Line2D([], [], linestyle="none", marker="_", color=LOOK[f]["color"], markersize=16,
+                              markeredgewidth=2.4, label=f"{f}, predicted"))
+        if f in sources:
+            handles.append(Line2D([], [], linestyle="none", marker="s", color=LOOK[f]["color"], markerfacecolor="none",
+                                  markersize=8, label=sources[f]))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.02), columnspacing=1.2,
+                  handletextpad=0.4)
+    return figure
+
+
+# --------------------------------------------------------------------------------------------------------------------
+
+
+def main():
+    arguments = saving.argument_parser("Draw the figures of the thesis study that span its tests.").parse_args()
+    drawing.use_style()
+    with reading.open_result(arguments.result, "msa_position") as file:
+        config = reading.configuration(file)
+        title = wording.title_of(file)
+        tables = {n: reading.read_table(file, n)
+                  for n in ("parameters", "hanak_parameters", "position", "position_covariance", "position_hla")}
+        samples = reading.read_table(file, "realisations", "samples")
+        holes = error_ellipsoids.last_stations(file, config)
+    parameters, position = tables["parameters"], tables["position"]
+    if parameters is None or parameters.rows == 0:
+        raise PlotError(f"{arguments.result}: table 'parameters' is missing or empty")
+    keys = reading.sweep_keys(config, parameters)
+    if "case" in parameters and "case" not in keys:  # [[sweep.case]] comes under the sweep's own name
+        keys.append("case")
+    margin = float(config.get("verdict", {}).get("margin", 0))
+    figures = {}
+    if "noise.law" in keys and "case" in keys and np.any(parameters["published_ratio"] > 0):
+        figures["hypotheses"] = hypotheses_figure(title, parameters)
+    elif "case" in keys and estimator_figures.is_ladder(parameters):
+        figures["ladder"] = estimator_figures.ladder(title, parameters, parameters.confidence)
+    elif position and "case" in keys and "estimator.name" in keys:
+        figures["estimators"] = estimator_figures.positions(title, position, margin, position.confidence)
+    elif position and keys == ["case"]:
+        if np.any(np.isfinite(position["published"])):
+            figures["published"] = published_figure(title, position, config, position.confidence)
+        if samples and samples.rows:
+            for case in dict.fromkeys(position["case"]):
+                figures["ellipsoid_" + wording.name_of([case.replace(" ", "")])] = error_ellipsoids.figure(
+                    f"{title}: {case}", reading.at_point(samples, keys, (case,)),
+                    reading.at_point(tables["position_covariance"], keys, (case,)), holes.get(case),
+                    int(reading.at_point(position, keys, (case,))["trials"][0]))
+    if "hypotheses" not in figures:
+        for table in tables.values():
+            if table and "published" in table:
+                published_text(table, keys)
+    if not figures and not any(t and "published" in t and np.any(np.isfinite(t["published"])) for t in tables.values()):
+        raise PlotError(f"{arguments.result}: nothing that spans the thesis' tests: see plot.sh msa_position")
+    saving.save_all(figures, arguments)

@@ -1,0 +1,1 @@
+"""The report: figures, tables, data for the interactive drawings, and the page itself."""
