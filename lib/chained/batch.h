@@ -1,6 +1,6 @@
 #pragma once
 /// Chained multistation for batches of trials, one trial a lane: >= 10,000 smoother runs of 18 stations a second and
-/// core (docs/performance-details.md). The same answers as run_smoother and run_filter to rounding, from the basic
+/// core (docs/performance.md). The same answers as run_smoother and run_filter to rounding, from the basic
 /// start.
 #include "chained/model.h"
 #include "survey/readings.h"

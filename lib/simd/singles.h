@@ -1,6 +1,6 @@
 #pragma once
 /// Single precision: two numbers in the place of one double. Random normals use it, because they need no more precision
-/// and take only 0.6 of the time (docs/performance-details.md). Arithmetic is elementwise IEEE like that of Lanes, so
+/// and take only 0.6 of the time (docs/performance.md). Arithmetic is elementwise IEEE like that of Lanes, so
 /// element i has the same bits on every instruction set and in a Pack.
 #include "simd/lanes.h"
 #include "simd/pack.h"

@@ -4,8 +4,8 @@
     revisions.py OLD NEW [--only NAME ...] [--rounds N] [--threads N] [--old-configs FOLDER] [--all [--limit SECONDS]]
 
 OLD and NEW are surveymc programs, e.g. of another revision and of this one. Each work is run by both in turn, `--rounds`
-times; the number is the median of user and system time, start, result file and threads included. Works are those of the
-table of goals in docs/performance.md.
+times; the number is the median of user and system time, start, result file and threads included. Works with a goal
+are those that once were slow.
 
 With --all: every study that run_all.sh runs and --old-configs has (a folder of the other revision: both programs run
 its configs, so that both do the same), with the ratio of the sums. Studies that one program refuses are left out and
