@@ -20,7 +20,8 @@ import h5py
 import numpy as np
 
 SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
-sys.path.insert(0, SCRIPTS)
+if SCRIPTS not in sys.path:  # in a spawned process the copy of plots_with stands before it
+    sys.path.insert(0, SCRIPTS)
 import surveymc  # noqa: E402
 from surveymc import integrity, studies  # noqa: E402
 from surveymc.plots import runner  # noqa: E402
@@ -392,7 +393,7 @@ class AnyResult(unittest.TestCase):
         lines = run.stderr.splitlines()
         self.assertEqual(lines[-1], "surveymc-report: no result file could be read")
         for path, line in zip(paths, lines):
-            self.assertRegex(line, rf"^report\.py: left out: {re.escape(path)}: .*(damaged|do not match)")
+            self.assertRegex(line, rf"^surveymc-report: left out: {re.escape(path)}: .*(damaged|do not match)")
         self.assertEqual(len(lines), len(paths) + 1, run.stderr)
 
     def test_a_result_that_is_not_whole_is_left_out(self):
@@ -417,7 +418,7 @@ class AnyResult(unittest.TestCase):
                 with open(path, "wb") as file:
                     file.write(data + integrity.seal_for(data))
             source, run = self.report(os.path.join(SMOKE, "mwd_drift.h5"), path)
-            self.assertRegex(run.stderr, rf"^report\.py: left out: {re.escape(path)}: [^\n]*\n$")
+            self.assertRegex(run.stderr, rf"^surveymc-report: left out: {re.escape(path)}: [^\n]*\n$")
             self.assertEqual(source.count("<article"), 1)
             self.assertIn(": 1 result,", run.stdout)
 
