@@ -24,12 +24,12 @@ void prepare_environment() {
   (void)once;
 }
 
-/// Calls work(thread) in so many threads, or in as many as OpenMP gives.
-void in_team(int threads, const std::function<void(int)>& work) {
+/// Calls work() in so many threads, or in as many as OpenMP gives.
+void in_team(int threads, const std::function<void()>& work) {
   prepare_environment();
   omp_set_dynamic(0);
 #pragma omp parallel num_threads(threads)
-  work(omp_get_thread_num());
+  work();
 }
 
 /// The exception of the lowest number.
@@ -75,7 +75,7 @@ class Team {
     changed_.notify_all();
   }
 
-  /// share_work(0) here, the other shares in threads that become idle meanwhile.
+  /// share_work(0) here, the other shares in threads that become idle meanwhile, or here behind it.
   void share_out(int shares, const std::function<void(int)>& share_work) {
     std::unique_lock lock(changing_);
     const auto shared = shared_.insert(shared_.end(), {share_work, shares});
@@ -83,7 +83,12 @@ class Team {
     lock.unlock();
     share_work(0);
     lock.lock();
-    shared->next = shared->shares;  // nothing is left for the shares that nobody has begun
+    while (shared->next < shared->shares) {
+      const int share = shared->next++;
+      lock.unlock();
+      share_work(share);
+      lock.lock();
+    }
     changed_.wait(lock, [&] { return shared->running == 0; });
     shared_.erase(shared);
   }
@@ -189,15 +194,19 @@ void in_threads(int threads, const std::function<bool()>& stopped, const std::fu
     work(0);
   else if (own_team)
     own_team->share_out(threads, work);
-  else
-    in_team(threads, work);
+  else {
+    std::atomic<int> next_share = 0;  // OpenMP may give fewer threads
+    in_team(threads, [&] {
+      for (int share = next_share++; share < threads; share = next_share++) work(share);
+    });
+  }
   error.rethrow();
 }
 
 void in_order(std::size_t count, int threads, const std::function<void(std::size_t, std::size_t)>& compute,
               const std::function<void(std::size_t, std::size_t)>& take) {
   Team team(count, most_in_flight(threads), compute, take);
-  in_team(threads, [&](int) {
+  in_team(threads, [&] {
     own_team = &team;
     team.work();
     own_team = nullptr;

@@ -106,7 +106,7 @@ class Tables(CovarianceCase):
         self.assertNotIn("writing", self.call(*arguments, "--set", 'output.by_source="last"').stderr)
 
     def test_a_long_survey_has_the_same_contents_for_any_number_of_threads(self):
-        # Above 65,536 rows by source a thread of its own computes them while other tables are made and written
+        # Above 65,536 rows by source another thread makes that table beside the covariances
         rows = (f"{6 * k},{min(90, 0.06 * k):.4f},{(75 + 0.01 * k) % 360:.4f}\n" for k in range(1900))
         self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(rows))
 

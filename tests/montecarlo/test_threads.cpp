@@ -125,6 +125,21 @@ TEST_CASE("One long item among short ones is computed by more than one thread") 
   CHECK(helpers.size() == 2);
 }
 
+TEST_CASE("Each share is called, whether or not a thread is idle") {
+  for (const int items : {1, 2, 50}) {
+    std::atomic<int> calls = 0;
+    compute_in_order(
+        static_cast<std::size_t>(items), 2,
+        [&](std::size_t) {
+          in_threads(
+              3, [] { return false; }, [&](int share) { return (calls += 1 << (8 * share)), false; });
+          return 0;
+        },
+        [](std::size_t, int) {});
+    CHECK(calls == items * 0x010101);
+  }
+}
+
 TEST_CASE("An exception of one share ends the others") {
   for (const bool is_inside : {false, true}) {
     const auto work = [] {
