@@ -17,6 +17,7 @@
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
 #include "store/json.h"
+#include "store/large_files.h"
 #include "store/result_file.h"
 
 namespace surveymc::cli {

@@ -11,11 +11,14 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 #include "store/hdf5_handle.h"
+#include "store/large_files.h"
 #include "store/result_hdf5.h"
 #include "store/seal.h"
 
-// How a file is made: HDF5 writes it under a temporary name (atomic_file.h), it is read back, a seal of all its bytes
-// is added (seal.h), and it is renamed. result_reader.cpp reads files.
+// How a file is made: HDF5 writes to memory that we hold for it, and long runs of values through that (paged_file.h,
+// hdf5_driver.h) by our own write() to the disk, under a temporary name (atomic_file.h); a seal is added at the end
+// (seal.h). So a full disk is an error of our write(), and does not leave HDF5 with a file that it can neither flush
+// nor close. result_reader.cpp reads files.
 
 namespace surveymc::store {
 namespace {
@@ -77,17 +80,22 @@ std::uintmax_t size_of(const Result& result) {
   return bytes;
 }
 
+/// Larger files go past the system's page cache: copying to it takes longer than all else that is done to their bytes.
+constexpr std::uintmax_t kMostCached = std::uintmax_t{16} << 20;
+
 /// True if it takes little to read the file again: it is small, or the run that made it took ten times as long. A
 /// signal is not looked at meanwhile: so it takes no longer than about a second.
 bool is_read_back(std::uintmax_t size, double elapsed_s) {
   constexpr double kBytesPerSecond = 2e8, kShare = 0.1;
-  constexpr std::uintmax_t kAlways = std::uintmax_t{16} << 20, kMost = std::uintmax_t{256} << 20;
-  return size <= kAlways || (size <= kMost && static_cast<double>(size) <= kShare * elapsed_s * kBytesPerSecond);
+  constexpr std::uintmax_t kMost = std::uintmax_t{256} << 20;
+  return size <= kMostCached || (size <= kMost && static_cast<double>(size) <= kShare * elapsed_s * kBytesPerSecond);
 }
 
 /// Throws IoError unless the file under its temporary name is what `result` was written as.
 void read_back(const fs::path& path, const AtomicFile& file) {
   try {
+    if (seal_state(file.temporary_path()) != Seal::right)
+      throw IoError(fmt::format("{}: its checksum does not match", file.temporary_path().string()));
     read_result(file.temporary_path());
   } catch (const IoError& e) {
     const std::string reason = std::string(e.what()).substr(file.temporary_path().string().size() + 2);
@@ -141,9 +149,9 @@ std::vector<fs::path> write_result(const fs::path& path, const Result& result, c
     const auto written = [&, expected = size_of(result)](std::uint64_t bytes) {
       if (options.progress) options.progress(bytes, expected);
     };
-    write_hdf5(file.temporary_path(), result, options.compression, written);
+    const bool is_large = size_of(result) > kMostCached;
+    write_hdf5(file, result, options.compression, is_large, written);
     if (is_read_back(fs::file_size(file.temporary_path()), result.run.elapsed_s)) read_back(path, file);
-    file.write(seal_for(file.temporary_path()));
     return file.commit(options.old, [&](const fs::path& old) { refuse_foreign_file(path, old); });
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 namespace surveymc::store {
@@ -13,10 +14,11 @@ namespace surveymc::store {
 /// A malformed result is a bug of the study that made it: std::logic_error.
 void check_shape(const Result& result);
 
-/// Writes all but the seal to the file `path`, which is there. Equal results give equal bytes. What is not held is
-/// written in pieces. `compression`: level of deflate, 0 for none. `written` is called with the bytes of values so far.
-/// Throws Hdf5Failure, and the exceptions of streams and of `written`.
-void write_hdf5(const std::filesystem::path& path, const Result& result, int compression,
+/// Writes the whole file, its seal included. Equal results give equal bytes. What is not held is written in pieces.
+/// `compression`: level of deflate, 0 for none (large_files.h). `past_cache`: the file is large (PagedFile). `written`
+/// is called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the
+/// exceptions of streams and of `written`.
+void write_hdf5(AtomicFile& file, const Result& result, int compression, bool past_cache,
                 const std::function<void(std::uint64_t)>& written);
 
 /// Whether the file says that it is a surveymc result, of any format version. `other`: it is something else;

@@ -19,6 +19,8 @@
 
 #include "base/error.h"
 #include "store/hdf5_handle.h"
+#include "store/isolated.h"
+#include "store/large_files.h"
 #include "store/map_boxes.h"
 #include "store/result_file.h"
 #include "store/seal.h"
@@ -157,6 +159,33 @@ Values column_values(hid_t d, H5T_class_t type, std::size_t first, std::size_t c
   if (type == H5T_STRING) return texts(d, first, count, link);
   throw Hdf5Failure(link + " holds neither numbers nor text");
 }
+
+/// A long column of a file, which is held open.
+class FileValues final : public DiskValues {
+ public:
+  FileValues(std::shared_ptr<Handle> file, std::string file_name, std::string dataset_name, std::size_t size,
+             H5T_class_t type)
+      : file_(std::move(file)),
+        file_name_(std::move(file_name)),
+        dataset_name_(std::move(dataset_name)),
+        size_(size),
+        type_(type) {}
+
+  std::size_t size() const override { return size_; }
+  Values read(std::size_t first, std::size_t count) const override {
+    try {
+      return column_values(dataset(*file_, dataset_name_), type_, first, count, dataset_name_);
+    } catch (const Hdf5Failure& e) {
+      throw IoError(fmt::format("{}: {}", file_name_, e.what()));
+    }
+  }
+
+ private:
+  std::shared_ptr<Handle> file_;
+  std::string file_name_, dataset_name_;
+  std::size_t size_;
+  H5T_class_t type_;
+};
 
 /// The dimension scale of one dimension of a map.
 Handle scale(hid_t map, unsigned dimension, const std::string& map_name) {
@@ -298,17 +327,7 @@ class Reader {
     const std::size_t count = length(d, link);
     const H5T_class_t type = type_class(d, link);
     const bool stays = !path.empty() && count > kMostHeldRows;
-    if (stays) {
-      const auto read = [file = open_file_, file_name = path_.string(), name = path + "/" + link, type](
-                            std::size_t first, std::size_t n) {
-        try {
-          return column_values(dataset(*file, name), type, first, n, name);
-        } catch (const Hdf5Failure& e) {
-          throw IoError(fmt::format("{}: {}", file_name, e.what()));
-        }
-      };
-      c.on_disk = std::make_shared<MadeValues>(count, read);
-    }
+    if (stays) c.on_disk = std::make_shared<FileValues>(open_file_, path_.string(), path + "/" + link, count, type);
     c.values = column_values(d, type, 0, stays ? 0 : count, link);
     return c;
   }
@@ -391,16 +410,22 @@ class Reader {
   hid_t file_;
 };
 
-/// Runs `read` on the open file; every failure becomes IoError with the path.
+/// Runs `read` on the open file; every failure becomes IoError with the path. A file without a seal may come from
+/// anywhere, and HDF5 follows what it says: it is read in a child process first.
 template <class Read>
-auto reading(const fs::path& path, const Read& read, bool is_checked = true) {
+auto reading(const fs::path& path, const Read& read, bool is_sealed = false) {
   silence_hdf5();
   try {
     std::error_code error;
     if (fs::is_directory(path, error)) throw Hdf5Failure("is a folder");
     if (access(path.c_str(), R_OK) != 0) throw Hdf5Failure(std::generic_category().message(errno));
     if (!fs::is_regular_file(path, error)) throw Hdf5Failure("is not a regular file");
-    return read(Reader(path, is_checked ? seal_state(path) : Seal::right));
+    const Seal seal = is_sealed ? Seal::right : seal_state(path);
+    if (seal == Seal::none)
+      if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, seal)); });
+          !fault.empty())
+        throw Hdf5Failure(fault);
+    return read(Reader(path, seal));
   } catch (const Hdf5Failure& e) {
     throw IoError(fmt::format("{}: {}", path.string(), e.what()));
   } catch (const std::system_error& e) {
@@ -449,7 +474,13 @@ Result read_unchecked_result(const fs::path& path) {
     reader.check_format();
     return reader.result();
   };
-  return reading(path, read, false);
+  // Nothing says that the file is whole, so a damage that ends HDF5 must end a process of its own first
+  reading(
+      path, [&](const Reader&) { return true; }, true);
+  if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, Seal::right)); });
+      !fault.empty())
+    throw IoError(fmt::format("{}: {}", path.string(), fault));
+  return reading(path, read, true);
 }
 
 std::string stored_content_hash(const fs::path& path) {

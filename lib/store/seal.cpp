@@ -1,12 +1,12 @@
 #include "store/seal.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -14,51 +14,74 @@
 namespace surveymc::store {
 namespace {
 
-constexpr std::string_view kMark = "SMCSEAL2";
-constexpr std::size_t kSealSize = kMark.size() + sizeof(XXH128_canonical_t);
+constexpr std::string_view kMark = "SMCSEAL2", kEarlierMark = "SMCSEAL1";
+constexpr std::size_t kSealSize = kMark.size() + sizeof(PageHash);
 
-std::string canonical(XXH128_hash_t hash) {
+PageHash canonical(XXH128_hash_t hash) {
   XXH128_canonical_t digest;
   XXH128_canonicalFromHash(&digest, hash);
-  return {reinterpret_cast<const char*>(digest.digest), sizeof digest.digest};
+  PageHash bytes;
+  static_assert(sizeof bytes == sizeof digest.digest);
+  std::memcpy(bytes.data(), digest.digest, sizeof bytes);
+  return bytes;
 }
 
-/// The seal for the first `size` bytes; "" if they cannot be read.
-std::string seal_of_bytes(std::ifstream& in, std::uintmax_t size) {
-  constexpr std::uintmax_t kPage = std::uintmax_t{1} << 16;
-  std::string page(kPage, '\0');
-  XXH3_state_t of_pages;
-  XXH3_128bits_reset(&of_pages);
-  in.seekg(0);
+std::string seal_text(std::string_view mark, const PageHash& hash) {
+  std::string seal(mark);
+  seal.append(reinterpret_cast<const char*>(hash.data()), hash.size());
+  return seal;
+}
+
+/// Calls use(bytes, size) for the next `size` bytes, page by page; false if they cannot be read.
+template <class Use>
+bool for_each_page(std::ifstream& in, std::uintmax_t size, const Use& use) {
+  std::vector<char> page(kSealedPage);
   for (std::uintmax_t left = size; left > 0;) {
-    const auto n = static_cast<std::size_t>(std::min(left, kPage));
-    if (!in.read(page.data(), static_cast<std::streamsize>(n))) return "";
-    const std::string of_page = canonical(XXH3_128bits(page.data(), n));
-    XXH3_128bits_update(&of_pages, of_page.data(), of_page.size());
+    const std::size_t n = std::min<std::uintmax_t>(left, page.size());
+    if (!in.read(page.data(), static_cast<std::streamsize>(n))) return false;
+    use(page.data(), n);
     left -= n;
   }
-  return std::string(kMark) + canonical(XXH3_128bits_digest(&of_pages));
+  return true;
+}
+
+/// The seal with this mark for the next `size` bytes; none if they cannot be read.
+std::optional<std::string> seal_of_bytes(std::string_view mark, std::ifstream& in, std::uintmax_t size) {
+  if (mark == kMark) {
+    std::vector<PageHash> pages;
+    const auto add = [&](const char* bytes, std::size_t n) { pages.push_back(page_hash(bytes, n)); };
+    if (!for_each_page(in, size, add)) return std::nullopt;
+    return seal_of(pages);
+  }
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  const auto add = [&](const char* bytes, std::size_t n) { XXH3_128bits_update(&state, bytes, n); };
+  if (!for_each_page(in, size, add)) return std::nullopt;
+  return seal_text(mark, canonical(XXH3_128bits_digest(&state)));
 }
 
 }  // namespace
 
-std::string seal_for(const std::filesystem::path& path) {
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  std::string seal = seal_of_bytes(in, std::filesystem::file_size(path));
-  if (seal.empty()) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
-  return seal;
+PageHash page_hash(const char* bytes, std::size_t size) { return canonical(XXH3_128bits(bytes, size)); }
+
+std::string seal_of(const std::vector<PageHash>& pages) {
+  return seal_text(kMark, canonical(XXH3_128bits(pages.data(), pages.size() * sizeof(PageHash))));
 }
 
 Seal seal_state(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path);
   if (size < kSealSize) return Seal::none;
+  const std::uintmax_t sealed = size - kSealSize;
   std::ifstream in(path, std::ios::binary);
   std::string seal(kSealSize, '\0');
-  in.seekg(static_cast<std::streamoff>(size - kSealSize));
+  in.seekg(static_cast<std::streamoff>(sealed));
   in.read(seal.data(), kSealSize);
-  if (!in || !seal.starts_with(kMark)) return Seal::none;
-  return seal == seal_of_bytes(in, size - kSealSize) ? Seal::right : Seal::wrong;
+  const std::string_view mark = std::string_view(seal).substr(0, kMark.size());
+  if (!in || (mark != kMark && mark != kEarlierMark)) return Seal::none;
+
+  in.seekg(0);
+  const auto right = seal_of_bytes(mark, in, sealed);
+  return right && seal == *right ? Seal::right : Seal::wrong;
 }
 
 }  // namespace surveymc::store

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import xxhash
 
-MARK = b"SMCSEAL2"
+MARK, EARLIER_MARK = b"SMCSEAL2", b"SMCSEAL1"  # hash of the hashes of pages; of all bytes at once
 PAGE = 1 << 16
 SEAL_SIZE = len(MARK) + 16
 
@@ -30,7 +30,7 @@ def seal_of(path):
             file.seek(size - SEAL_SIZE)
             seal = file.read(SEAL_SIZE)
         mark = seal[:len(MARK)]
-        if mark != MARK:
+        if mark not in (MARK, EARLIER_MARK):
             return None if end is None or size <= end else False
         file.seek(0)
         state, left = xxhash.xxh3_128(), size - SEAL_SIZE
@@ -38,7 +38,7 @@ def seal_of(path):
             page = file.read(min(left, PAGE))
             if not page:
                 return False
-            state.update(xxhash.xxh3_128_digest(page))
+            state.update(xxhash.xxh3_128_digest(page) if mark == MARK else page)
             left -= len(page)
     return seal[len(MARK):] == state.digest()
 

@@ -165,6 +165,17 @@ class Hardening(Case):
                 self.assertEqual([p.name for p in self.folder.glob("crafted.*.h5")], ["crafted.1.h5"])
                 (self.folder / "crafted.1.h5").unlink()
 
+    def test_what_crashes_ends_in_the_child(self):
+        """Any bytes behind a whole beginning: HDF5 may crash at them, the program may not."""
+        data = self.small().read_bytes()[:-integrity.SEAL_SIZE]
+        path = self.folder / "damaged.h5"
+        for at in range(96, len(data), len(data) // 20):
+            bad = bytearray(data)
+            bad[at:at + 8] = b"\xff" * 8
+            path.write_bytes(bytes(bad))
+            done = subprocess.run([*self.PROGRAM, "show", path, "--list"], capture_output=True, text=True, timeout=PATIENCE)
+            self.assertIn(done.returncode, (DONE, CANNOT_WRITE), f"{at}: {done.stderr}")
+
     def test_stack_and_tables_of_functions_are_guarded(self):
         read = lambda option: subprocess.run(["readelf", option, "--wide", self.PROGRAM[0]], text=True, capture_output=True, check=True).stdout
         symbols = read("--dyn-syms")

@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "store/json.h"
 #include "store/result_file.h"
+#include "store/ruled_values.h"
 #include "temporary_folder.h"
 
 namespace surveymc::store {
