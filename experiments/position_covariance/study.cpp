@@ -136,10 +136,10 @@ Scenario read_scenario(config::ConfigReader& c) {
 
 class PositionCovariance final : public study::StudyPoint {
  public:
-  explicit PositionCovariance(Scenario scenario) : scenario_(std::make_shared<const Scenario>(std::move(scenario))) {}
+  explicit PositionCovariance(Scenario scenario) : scenario_(std::move(scenario)) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
-    const Scenario& s = *scenario_;
+    const Scenario& s = scenario_;
     // Two tables take as long as the covariances themselves: a station is done when it is in all three.
     enum Stage { covariances, first_table, second_table };
     const auto at_station = [&options, n = s.survey.stations.size()](Stage stage) {
@@ -152,8 +152,8 @@ class PositionCovariance final : public study::StudyPoint {
     };
     propagate::ToolCovariances result;
     store::Table by_source;
-    // A long table is made beside the covariances, by another thread.
-    const bool is_apart = is_long(s) && s.published.empty();
+    // With two threads a long table is made beside the covariances; with one that would be done twice.
+    const bool is_apart = montecarlo::threads_for(options.threads, 2) > 1 && is_long(s) && s.published.empty();
     const auto own_part = [&](int share) {
       if (share == 0) {
         result = covariances_of(s, is_apart ? propagate::SourceDetail::none : s.detail, at_station(covariances));
@@ -209,7 +209,7 @@ class PositionCovariance final : public study::StudyPoint {
     return s.detail == propagate::SourceDetail::all && s.survey.stations.size() * terms > store::kMostHeldRows;
   }
 
-  std::shared_ptr<const Scenario> scenario_;  ///< tables that are made later have it, too
+  const Scenario scenario_;
 };
 
 class PositionCovariancePlan final : public study::PlanOfPoint<Scenario, PositionCovariance> {
