@@ -1,5 +1,5 @@
 #pragma once
-/// Config of the study collision as checked values (docs/results-format.md has the keys).
+/// Config of the study collision as checked values (docs/keys.md has the keys).
 #include <array>
 #include <string>
 #include <vector>

@@ -115,7 +115,7 @@ void read_model_settings(config::ConfigReader& c, Scenario& s) {
     return;
   }
   const auto p = static_cast<std::int64_t>(s.sensors());
-  s.memory_vectors = c.integer("model.memory_vectors", 2 * p, 1'000'000, "vectors of the memory",
+  s.memory_vectors = c.integer("model.memory_vectors", 2 * p, 1'000'000, "vectors of the memory, at least two a sensor",
                                std::min<std::int64_t>(1350, s.data.training_rows()));
   c.require(s.memory_vectors <= s.data.training_rows(), "model.memory_vectors",
             fmt::format("must be at most the {} training samples{}", s.data.training_rows(),
@@ -129,7 +129,8 @@ void read_drift(config::ConfigReader& c, Scenario& s) {
   std::vector<double> pattern(static_cast<std::size_t>(p), 0.0);
   if (s.data.simulated()) pattern = {1, 1, 1, 0};
   pattern = c.numbers("drift.pattern", config::Range::closed(-1, 1),
-                      "drift of each sensor at its end, in units of `drift.amplitude_z`; linear from `drift.start_h`",
+                      "drift of each sensor at the end of the test, in units of `drift.amplitude_z`; linear from "
+                      "`drift.start_h`. Without it [1, 1, 1, 0] for the simulated well, and none for a CSV",
                       static_cast<int>(p), pattern);
   const double amplitude =
       c.number("drift.amplitude_z", config::Range::non_negative(), "size of the drift, in sd of the training data", 5);
@@ -222,7 +223,10 @@ void read_architectures(config::ConfigReader& c, Scenario& s) {
   c.require(!wanted.empty() && s.architectures.size() == wanted.size(), "architecture",
             "must be of \"aakr_sprt\", \"aakr_kf_sprt\", each once");
   if (s.architectures.front() == monitoring::Architecture::aakr_sprt &&
-      c.boolean("baselines.enabled", "compare with CUSUM and a plain threshold on the residual of 'aakr_sprt'", true)) {
+      c.boolean(
+          "baselines.enabled",
+          "compare with CUSUM and a plain threshold on the residual of 'aakr_sprt', which must be among the methods",
+          true)) {
     s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum, 0});
     s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold, 0});
   }

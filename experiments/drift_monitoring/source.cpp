@@ -19,7 +19,9 @@ MonitoringData read_gas_lift_well(config::ConfigReader& c) {
   d.sensors = {"PT_f", "PT_t", "PT_g", "PT_m"};
   d.units.assign(4, "kPa");
   const bool out_of_range = c.boolean("source.out_of_range",
-                                      "raise the last of the built-in injection rates out of the trained range", false);
+                                      "raise the last of the built-in injection rates out of the trained range; not "
+                                      "together with `source.injection_kgps`",
+                                      false);
   c.require(!out_of_range || !c.has("source.injection_kgps"), "source.out_of_range",
             "must be left out where source.injection_kgps is given: it changes the last steps of the built-in rates");
   d.schedule = monitoring::gas_lift_schedule(out_of_range);
@@ -43,8 +45,9 @@ std::vector<double> sample_times_h(const MonitoringData& d) {
 
 std::vector<std::string> sensor_units(config::ConfigReader& c, const std::vector<std::string>& sensors) {
   if (c.has("source.units")) {
-    const std::vector<std::string> units =
-        c.texts("source.units", "units of the sensors; not needed where the columns' names end in them");
+    const std::vector<std::string> units = c.texts("source.units",
+                                                   "units of the sensors; not needed where the columns' names end in "
+                                                   "Pa, kPa, MPa, bar, psi, degC, degF, K, m3ps, m3ph or kgps");
     c.require(units.size() == sensors.size(), "source.units", "must be one unit for each of source.sensors");
     return units;
   }
@@ -64,8 +67,9 @@ MonitoringData read_csv_source(config::ConfigReader& c) {
   options.sensors = d.sensors = c.texts("source.sensors", "columns of the sensors");
   c.require(!d.sensors.empty(), "source.sensors", "must name at least one column");
   options.zero_is_defect = c.boolean("source.zeros_are_bad", "readings of exactly 0 count as bad", true);
-  options.gap_factor = c.number("source.gap_factor", config::Range{1, 1e6, true, false},
-                                "a step above so many median steps is a gap", 1.5);
+  options.gap_factor =
+      c.number("source.gap_factor", config::Range{1, 1e6, true, false},
+               "a step above so many median steps is a gap; the median is that of the first 65536 steps", 1.5);
   d.units = sensor_units(c, d.sensors);
   d.file = SensorFile{c.file("source.file", "CSV of the readings"), std::move(options), {}};
   return d;

@@ -23,12 +23,13 @@ constexpr std::size_t kMostDepths = 50;
 /// built and held, instead of a survey.
 survey::Survey read_made_well(config::ConfigReader& c) {
   const double inclination = c.number("well.inclination_deg", config::Range::closed(0, 180),
-                                      "inclination to which the well builds"),
+                                      "a well in place of `survey`: inclination to which it builds"),
                azimuth = c.number("well.azimuth_deg", config::Range::closed(-360, 360), "azimuth of the well"),
                vertical =
                    c.number("well.vertical_m", config::Range::non_negative(), "length of the vertical part", 900),
                build = c.number("well.build_deg_per_30m", config::Range::positive(), "build rate", 3),
-               length = c.number("well.length_m", config::Range::positive(), "measured depth of the end"),
+               length = c.number("well.length_m", config::Range::positive(),
+                                 "measured depth of the end, a multiple of the spacing"),
                spacing = c.number("well.spacing_m", config::Range::positive(), "distance of the stations", 30);
   const double intervals = length / spacing;
   c.require(intervals < 100'000.5, "well.spacing_m", "more than 100000 stations");
@@ -82,8 +83,8 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   if (c.has(key))
     words = c.texts(
         key,
-        "what is drawn: 'total': all sources together; 'each': all, and each alone; 'quadrature': each alone, by "
-        "quadrature; or a list of codes: these, each alone");
+        "what is drawn: 'total': all sources together; 'each': all, and each alone; a list of codes: all, and these, "
+        "each alone; 'quadrature': each source of at most three draws alone, exactly and without trials");
   else
     c.text(key, config::kMeaningElsewhere, "total");
   const std::string& word = words.front();

@@ -228,7 +228,10 @@ StationEstimation read_station_estimation(config::ConfigReader& c) {
   const std::string name = c.choice("estimator.name", station_estimators(), config::kMeaningElsewhere);
   how.method = single_station::station_method(
       name == "single_station"
-          ? c.choice("estimator.method", {"basic", "optimising"}, "method of the solution (docs/studies.md)", "basic")
+          ? c.choice("estimator.method", {"basic", "optimising"},
+                     "method of the solution: of 'single_station' 'basic' or 'optimising'; of 'axial_correction' "
+                     "'extended', 'simple' or 'extended_bh'",
+                     "basic")
           : c.choice("estimator.method", {"extended", "simple", "extended_bh"}, config::kMeaningElsewhere, "extended"));
   how.sigmas = scenario::read_station_sigmas(c);
   if (estimates_axial(how.method) && how.method != StationMethod::simple)

@@ -51,8 +51,9 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
   std::array<bool, 6> estimated{true, true, true, true, true, true};
   if (!c.has("estimator.estimated")) return estimated;
   estimated.fill(false);
-  for (const std::string& name :
-       c.texts("estimator.estimated", "parameters that are estimated; without it all that the estimator can")) {
+  for (const std::string& name : c.texts("estimator.estimated",
+                                         "parameters that are estimated, of gain_x to bias_z: the others are taken as "
+                                         "1 and 0, whatever they are; without it all six")) {
     const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
     if (at == estimate::kParameterNames.end())
       c.fail("estimator.estimated",

@@ -117,15 +117,19 @@ Scenario read_scenario(config::ConfigReader& c) {
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.detail = read_source_detail(c);
-  s.last_only = c.choice("output.stations", {"all", "last"}, "of which stations the tables have rows", "all") == "last";
+  s.last_only = c.choice("output.stations", {"all", "last"},
+                         "'last': the tables `covariance` and `ellipsoid` have the last station alone, `error_terms` "
+                         "is left out, and `output.by_source` must be 'last' or 'none'",
+                         "all") == "last";
   if (s.last_only && s.detail == propagate::SourceDetail::all)
     c.fail("output.by_source", "must be \"last\" or \"none\" where output.stations = \"last\"");
   s.report = read_uncertainty_report(c, s.survey);
   if (c.has("trials"))
     c.integer("trials", 0, 1'000'000'000'000,
               config::meaning::kUnusedTrials);  // any config may have it; nothing is drawn here
-  s.margin = c.number("verdict.margin", config::Range::open(0, 1),
-                      "margin of the difference, of the trace of the covariance", 1e-6);
+  s.margin = c.number(
+      "verdict.margin", config::Range::open(0, 1),
+      "largest difference from a published element that agrees, relative to the trace of the covariance", 1e-6);
   s.published = read_published(c, s.survey, s.tools);
   for (const Published& p : s.published)
     if (p.source != "total" && s.detail != propagate::SourceDetail::all)

@@ -57,13 +57,17 @@ UncertaintyReport read_uncertainty_report(config::ConfigReader& c, const survey:
     c.require(std::adjacent_find(values.begin(), values.end()) == values.end(), key, "has a value twice");
     return values;
   };
-  report.sigmas =
-      list("report.sigmas", {0, 100, true, false}, "sds for which the table `uncertainty` has rows, besides 1", {2});
+  report.sigmas = list("report.sigmas", {0, 100, true, false},
+                       "multiples of the sd that are columns of the table `uncertainty`; without it 2", {2});
   std::erase(report.sigmas, 1);  // always there
   report.percent = list("report.percent", config::Range::open(0, 100),
-                        "per cent of all errors that a row of the table `uncertainty` holds", {});
+                        "per cent of all errors that columns of the table `uncertainty` hold: 95 is 1.96 sd of a "
+                        "direction, and 2.448 sd of the ellipse's axes",
+                        {});
   report.md = list("report_md_m", config::Range::non_negative(),
-                   "depths for which the table `uncertainty` has rows; the last station is always among them", {});
+                   "depths within the survey, at stations or between them, for which the table `uncertainty` has rows; "
+                   "the last station is always among them",
+                   {});
   const double first = survey.stations.front().md, last = survey.stations.back().md;
   for (double& md : report.md) {
     const std::optional<double> on = survey::depth_on(survey, md);

@@ -19,7 +19,10 @@ constexpr int kMostNormals = 10'000;
 rare::TestProblem read_problem(config::ConfigReader& c) {
   rare::TestProblem p;
   const std::vector<std::string>& names = rare::test_problem_names();
-  p.name = c.choice("problem.name", names, "the problem (docs/studies.md)");
+  p.name = c.choice(
+      "problem.name", names,
+      "the problem: 'linear' { dimension, beta }, 'union' { dimension, beta, a list }, 'product' { level }, 'sphere' { "
+      "dimension, radius }, 'disc' { mean, sd, radius }, or one of the literature without further keys");
   const auto size = [&](int usual) {
     p.dimension = static_cast<int>(c.integer("problem.dimension", 1, kMostNormals, "number of normals", usual));
   };

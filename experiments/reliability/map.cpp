@@ -45,7 +45,10 @@ struct Scenario {
 std::vector<std::string> read_layers(config::ConfigReader& c, const LayerModel& m, const ErrorSubject& subject) {
   if (!c.has("maps")) return default_layers(m, subject);
   const std::vector<std::string> known = layer_names(m, subject);
-  std::vector<std::string> layers = c.texts("maps", "maps that are made");
+  std::vector<std::string> layers =
+      c.texts("maps",
+              "maps that are made; without it redundancy number, minimal detectable error and its effects on the "
+              "angles, and with a gross error or `weakest_of` those that go with it");
   for (const std::string& l : layers) {
     const bool there = std::find(known.begin(), known.end(), l) != known.end();
     c.require(there || subject.combined() || has_gross_error(m) || !is_response_layer(l), "maps",

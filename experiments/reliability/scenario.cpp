@@ -87,8 +87,9 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
     sizes[u] = kNaN;
     if (!c.has(key)) continue;
     any = true;
-    sizes[u] =
-        c.number(key, config::Range::closed(-1e6, 1e6), "size of the gross error in the observations of this unit");
+    sizes[u] = c.number(
+        key, config::Range::closed(-1e6, 1e6),
+        "size of the gross error in the observations of this unit; if any is given, every observation needs one");
     c.require(sizes[u] != 0, key, "must not be 0");
     c.require(std::any_of(subjects.begin(), subjects.end(),
                           [&](const ErrorSubject& s) { return subject_unit(s) == units[u]; }),

@@ -1,5 +1,5 @@
 #pragma once
-/// Keys of `reliability_map` and `reliability_well` for errors and for the grid (docs/results-format.md).
+/// Keys of `reliability_map` and `reliability_well` for errors and for the grid (docs/keys.md).
 #include <array>
 
 #include "config/config.h"

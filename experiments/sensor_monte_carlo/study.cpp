@@ -140,8 +140,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
             "must have one size greater than 0");
   s.reported = read_reported(c, s.survey);
-  s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "'tie_on': the first station is without error",
-                               "measured") == "tie_on";
+  s.first_is_tie_on =
+      c.choice("first_station", {"measured", "tie_on"},
+               "'measured': by the tool, as the other stations are; 'tie_on': the first station is without error",
+               "measured") == "tie_on";
   s.verdict = compare::read_verdict_rule(c);
   s.trial_plan = compare::read_verdict_plan(c, rows_of(), s.verdict, {20});
   s.annotations = compare::Annotations::read(c, rows_of());

@@ -57,7 +57,8 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.latitude = scenario::read_latitude(c, s.models);
   s.inclinations_deg = c.grid("map.inclination_deg", config::Range::closed(0, 180), "inclinations of the map");
   s.azimuths_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360), "azimuths of the map, from true north");
-  s.length = c.number("map.length_m", config::Range::positive(), "length of the hole", 900);
+  s.length = c.number("map.length_m", config::Range::positive(),
+                      "length of the hole, whose first station is the tie-on, without error", 900);
   s.spacing =
       c.number("map.spacing_m", config::Range::positive(), "distance of the stations; random errors depend on it", 30);
   const double intervals = s.length / s.spacing;

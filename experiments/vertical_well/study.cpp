@@ -84,7 +84,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.seed = seed;
   s.save_samples =
       static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, config::meaning::kSaveSamples, 0));
-  const double depth = c.number("depth_m", config::Range::positive(), "depth of the well");
+  const double depth =
+      c.number("depth_m", config::Range::positive(), "depth of the well, at most 3000 intervals of `spacing_m`");
   s.spacing = c.number("spacing_m", config::Range::positive(), "distance of the stations");
   const double legs = depth / s.spacing;
   c.require(std::abs(legs - std::round(legs)) < 1e-9 * legs && legs > 0.5, "spacing_m",
@@ -93,7 +94,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.legs = static_cast<int>(std::lround(legs));
   s.field = scenario::read_field_of_magnetic_north(c);
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false},
-                       "one sd of an accelerometer's bias");
+                       "one sd of the biases of the accelerometers x and y, constant in a run");
   s.plan = scenario::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
   s.formulations = c.has("formulations") ? c.texts("formulations", "predictions that are compared; without it all")
                                          : analysis::vertical_well_formulations();

@@ -167,7 +167,7 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<Row>
   rule.margin =
       c.number("calibration.margin", config::Range{0, 0.5, false, true},
                "largest deviation of a share that agrees; 0: the band's own test at `confidence`", rule.margin);
-  rule.confidence = c.number("calibration.confidence", kConfidences, "of the whole band", rule.confidence);
+  rule.confidence = c.number("calibration.confidence", kConfidences, "confidence of the whole band", rule.confidence);
   rule.truth_as_is =
       c.choice("calibration.truth", {"prior", "as_is"},
                "'prior': an estimator with priors is tested with truths drawn from them; 'as_is': with any truth",

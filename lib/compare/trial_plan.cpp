@@ -13,13 +13,10 @@ namespace surveymc::compare {
 
 VerdictRule read_verdict_rule(config::ConfigReader& c) {
   const VerdictRule usual;
-  if (c.has("verdict.family"))
-    c.choice(
-        "verdict.family", {"holm", "none"},
-        "how verdicts of many rows are judged together: 'holm', or 'none': each row alone. Not swept");  // read_run
-                                                                                                         // asks for it,
-                                                                                                         // for all
-                                                                                                         // points
+  if (c.has("verdict.family"))  // read_run() asks for it, for all points
+    c.choice("verdict.family", {"holm", "none"},
+             "how verdicts of many rows are judged together, of all points: 'holm' (without the key), or 'none': each "
+             "row alone, so that the column `family` is empty and `--check` counts every row");
   return {c.number("verdict.margin", config::Range::open(0, 1), config::meaning::kMargin, usual.margin),
           c.number("verdict.confidence", kConfidences, config::meaning::kConfidence, usual.confidence),
           c.number("verdict.nees_margin", config::Range::open(0, 1), config::meaning::kNeesMargin, usual.nees_margin)};

@@ -93,7 +93,7 @@ inline constexpr std::string_view kMeaningElsewhere = "";
 /// Strict, typed view of one point's config, or of one table inside it.
 ///
 /// Keys are dotted ("field.dip_deg") and end in their unit. A getter names type, rule, default and meaning of its key;
-/// `surveymc keys` and the tables of docs/results-format.md are made of these (key_log.h). It throws InputError
+/// `surveymc keys` and docs/keys.md are made of these (key_log.h). It throws InputError
 /// "file.toml:12: field.dip_deg = 95: must be in [-90, 90]". Getters with a fallback write it into the resolved config;
 /// a fallback that the rule would refuse, such as an empty text or a number out of range, stands for "absent" and is
 /// not written. NaN and infinity are never accepted. finish() throws on any key that nobody asked for, with the nearest

@@ -158,8 +158,9 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
     for (const char* pattern : {"match", "without"})
       out[std::string("sweep.error_model.name.") + pattern] =
           key({"text or list of texts"}, "patterns of shipped error models; * stands for any text", "[\"MWD+*\"]",
-              pattern == std::string("match") ? "shipped error models that are swept"
-                                              : "shipped error models that are left out of the sweep");
+              pattern == std::string("match")
+                  ? "shipped error models that are swept, in the order of the catalogues; `surveymc check` prints them"
+                  : "shipped error models that are left out of the sweep");
   return out;
 }
 

@@ -11,7 +11,8 @@ inline constexpr std::string_view kUnusedTrials = "any config may have it; nothi
 inline constexpr std::string_view kMostTrials = "trials after which the run ends in any case";
 inline constexpr std::string_view kSaveSamples = "so many trials are kept one by one, in `/samples`";
 inline constexpr std::string_view kAntithetic =
-    "trials 2j and 2j + 1 have opposite draws, and the pair is the unit of every interval";
+    "trials 2j and 2j + 1 have opposite draws, and the pair is the unit of every interval; the number of trials must "
+    "be even, and the law of the noise symmetric";
 
 inline constexpr std::string_view kPublished = "published values, to compare with";
 inline constexpr std::string_view kTableOfRow = "table of the row that is meant";
@@ -28,13 +29,15 @@ inline constexpr std::string_view kDip = "dip of the reference, and of the truth
 inline constexpr std::string_view kDeclination = "magnetic north is this far east of true north";
 inline constexpr std::string_view kConvergence = "grid north is this far east of true north";
 inline constexpr std::string_view kGravity = "gravity of the reference, and of the truth";
-inline constexpr std::string_view kLatitude = "latitude of the well, WGS84, north positive";
+inline constexpr std::string_view kLatitude =
+    "latitude of the well, WGS84, north positive; error models of gyros need it";
 
 inline constexpr std::string_view kNorth = "north that azimuths of the file are counted from";
 inline constexpr std::string_view kToolfaceZero =
-    "axis at which toolfaces of the file are 0: 'x' (thesis) or 'y' (ISCWSA)";
+    "axis at which toolfaces are 0: 'x' (thesis) or 'y' (ISCWSA); must be given where the file's toolfaces are used";
 inline constexpr std::string_view kUnusual = "'allow' takes what is refused as doubtful, and warns of it";
-inline constexpr std::string_view kSlidingToolface = "toolface of mode 'sliding', from `survey.toolface_zero`";
+inline constexpr std::string_view kSlidingToolface =
+    "toolface of mode 'sliding', from the axis of `survey.toolface_zero`";
 inline constexpr std::string_view kSequence = "number of the drawn sequence of toolfaces; the same in every run";
 inline constexpr std::string_view kReportDepths =
     "depths that have rows of their own, in rising order; without it the last station";
@@ -44,7 +47,8 @@ inline constexpr std::string_view kAccelerometers =
 inline constexpr std::string_view kConfidenceOfIntervals = "confidence of the intervals of single estimates";
 
 inline constexpr std::string_view kOutsideRange =
-    "stations outside a model's range: 'mark' lists them in the table `validity`, 'refuse' ends the run";
+    "stations outside a model's range, of all wells: 'mark' computes and lists them in the table `validity`, 'refuse' "
+    "ends the run";
 inline constexpr std::string_view kErrorsMultiplier = "multiplies the sizes of all error models";
 inline constexpr std::string_view kErrorsVertical =
     "how errors of direction act: 'tilt'; or 'azimuth', which is wrong in holes that are nearly vertical";

@@ -20,10 +20,10 @@ EventSampling read_event_sampling(config::ConfigReader& c, const std::vector<std
   EventSampling s;
   std::vector<std::string> all{"auto", "plain", "importance", "subset"};
   all.insert(all.end(), methods.begin(), methods.end());
-  s.method =
-      c.choice("sampling.method", all,
-               "how trials are drawn; 'auto': plain trials if the event is nearer than 2 sd, else importance sampling",
-               s.method);
+  s.method = c.choice("sampling.method", all,
+                      "how trials are drawn; 'auto': plain trials if the event is nearer than 2 sd, else importance "
+                      "sampling; 'union': from the half spaces that an event is made of, one from its tail",
+                      s.method);
   s.preparing.pilot = static_cast<int>(
       c.integer("sampling.pilot", 200, 1'000'000, "evaluations of one round of the preparing", s.preparing.pilot));
   const auto share = [&](const char* key, double& x) {

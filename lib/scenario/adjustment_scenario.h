@@ -1,5 +1,5 @@
 #pragma once
-/// Keys that all studies of reliability share (docs/results-format.md).
+/// Keys that all studies of reliability share (docs/keys.md).
 #include "config/config.h"
 #include "reliability/observations.h"
 #include "reliability/significance.h"

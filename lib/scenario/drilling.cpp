@@ -12,7 +12,11 @@ namespace surveymc::scenario {
 survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<double>& md, double toolface_zero,
                                    const random::Stream& stream, const std::vector<std::string>& modes) {
   const auto stations = static_cast<int>(md.size());
-  const std::string mode = c.choice("drilling.mode", modes, "how the tool is turned");
+  const std::string mode =
+      c.choice("drilling.mode", modes,
+               "how the tool is turned: 'sliding': one toolface; 'rotating': toolfaces drawn at every station of every "
+               "run; 'fixed_sequence' or 'random': drawn once, for all runs; 'mixed': slid at one toolface a run "
+               "between two depths, rotated elsewhere; 'survey': the file's");
   const double toolface =
       c.has("drilling.toolface_deg")
           ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360), config::meaning::kSlidingToolface) *
@@ -24,9 +28,11 @@ survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<do
   const bool mixed = mode == "mixed";
   double from = 0, to = 0;
   if (mixed || c.has("drilling.slide_from_m"))
-    from = c.number("drilling.slide_from_m", {}, "measured depth where sliding begins");
+    from = c.number("drilling.slide_from_m", {},
+                    "of mode 'mixed': measured depth where sliding begins; stations at it are slid");
   if (mixed || c.has("drilling.slide_to_m"))
-    to = c.number("drilling.slide_to_m", {}, "measured depth where sliding ends");
+    to = c.number("drilling.slide_to_m", {},
+                  "of mode 'mixed': measured depth where sliding ends; stations at it are slid");
   if (mode == "sliding")
     return std::isnan(toolface) ? survey::slid(stations) : survey::constant_toolface(stations, toolface);
   if (mode == "fixed_sequence" || mode == "random") {
@@ -84,7 +90,7 @@ survey::SensorTermArray read_sensor_errors(config::ConfigReader& c) {
       c.number("sensor_errors.multiplier", config::Range::positive(), "multiplies all sensor errors", 1);
   const auto size = [&](const char* key, double most) {
     return multiplier * c.number(std::string("sensor_errors.") + key, config::Range::closed(0, most),
-                                 "one sd of this error of each sensor of this kind", 0);
+                                 "one sd of this error of each sensor of this kind, constant in a run", 0);
   };
   const double accelerometer_bias = size("accelerometer_bias_mps2", 1),
                accelerometer_scale = size("accelerometer_scale", 0.1),

@@ -42,8 +42,9 @@ NamedErrorModel read_model_of_file(config::ConfigReader& c) {
 
 NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
   if (c.has("error_model.file")) return read_model_of_file(c);
-  const std::string name = c.text(
-      "error_model.name", "shipped error model (`surveymc models`), or the one of several in `error_model.file`");
+  const std::string name = c.text("error_model.name",
+                                  "shipped error model (`surveymc models`), with its catalogue if one likes "
+                                  "('owsg_a_rev5.1/MWD+IFR1'), or the one of several in `error_model.file`");
   const config::ShippedModel* shipped = config::find_shipped_model(name);
   if (shipped == nullptr) c.fail("error_model.name", "unknown error model: " + config::shipped_model_suggestion(name));
   return {name, config::read_shipped_model(c, "error_model.name", *shipped)};
@@ -51,7 +52,9 @@ NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
 
 namespace {
 
-constexpr std::string_view kFromDepth = "measured depth from which on the tool is this one";
+constexpr std::string_view kFromDepth =
+    "measured depth: deeper stations are measured with this tool; legs are in order, and without `error_model` have "
+    "that of the leg before";
 
 /// Depth at which a leg begins, in metres.
 double read_from_md(config::ConfigReader& leg, std::string& key) {

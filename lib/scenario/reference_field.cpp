@@ -42,13 +42,16 @@ std::string zone_text(const char* zone, double below, const earth::MagneticEleme
 }
 
 double convergence_of_grid(config::ConfigReader& c, const earth::Place& place) {
-  c.choice("field.grid.crs", {"utm"}, "grid of the map: Universal Transverse Mercator");
+  c.choice("field.grid.crs", {"utm"},
+           "grid of the map: Universal Transverse Mercator, between 80 deg south and 84 deg north; gives the "
+           "convergence, also without `field.model`");
   c.require(earth::has_utm(place), "field.latitude_deg",
             "there is no UTM grid: it ends at 80 degrees south and 84 degrees north; give convergence_deg instead of "
             "grid");
   if (!c.has("field.grid.zone")) return earth::utm_convergence(place, earth::utm_zone(place));
-  const auto zone =
-      static_cast<int>(c.integer("field.grid.zone", 1, 60, "zone of the grid; without it that of the place"));
+  const auto zone = static_cast<int>(c.integer(
+      "field.grid.zone", 1, 60,
+      "zone of the grid, whose central meridian is at most 6 deg from the place; without it that of the place"));
   // A field that lies on both sides of a zone's edge is mapped in one of them: up to half a zone beyond the edge.
   constexpr double kFarthest = 6 * kDegree;
   const double distance = earth::distance_from_central_meridian(place, zone);
@@ -72,7 +75,7 @@ double convergence_at(config::ConfigReader& c, const std::optional<earth::Place>
 void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
   const bool allowed = c.choice("field.blackout", {"refuse", "allow"},
                                 "a place in the blackout zone, where the horizontal field is below 2000 nT: 'refuse' "
-                                "ends the run, 'allow' warns",
+                                "ends the run, 'allow' warns, as always in the caution zone, below 6000 nT",
                                 "refuse") == "allow";
   const earth::MagneticElements e = earth::magnetic_elements(f.magnetic.vector);
   if (f.zone == earth::CompassZone::blackout) {

@@ -31,10 +31,13 @@ config::ImportOptions read_import_options(config::ConfigReader& c, const std::st
     if (c.has(full))
       options.emplace_back(option, allowed.empty() ? c.text(full, meaning) : c.choice(full, allowed, meaning));
   };
-  add("depth_unit", "depth-unit", {"m", "ft", "usft"}, "unit of depths; without it what the heading says");
+  add("depth_unit", "depth-unit", {"m", "ft", "usft"},
+      "unit of depths ('usft': US survey feet); without it what the heading says");
   add("angle_unit", "angle-unit", {"deg", "rad", "gon"},
-      "unit of angles; without it what the heading says, or degrees");
-  add("decimal", "decimal", {"point", "comma"}, "decimal mark; without it what the numbers show");
+      "unit of angles; without it what the heading says, or degrees. 'Grad' in a heading may mean either, and is asked "
+      "about");
+  add("decimal", "decimal", {"point", "comma"},
+      "decimal mark, needed where 1,234 may be either; without it what the numbers show");
   add("columns", "columns", {},
       "columns by number from 1 or heading, 'md=1,inc=3,azi=4'; without it by their headings");
   add("skip_lines", "skip-lines", {}, "lines, or rows of a sheet, to leave out: '12,15-20'");
@@ -86,18 +89,21 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
 }
 
 survey::Survey read_planned_survey(config::ConfigReader& c) {
-  const double kickoff = c.number("survey.plan.kickoff_m", config::Range::non_negative(),
-                                  "measured depth where the planned well leaves the vertical"),
+  const double kickoff =
+                   c.number("survey.plan.kickoff_m", config::Range::non_negative(),
+                            "a planned well in place of `survey.file`: measured depth where it leaves the vertical"),
                per_30m = c.number("survey.plan.build_deg_per_30m", config::Range{0, 90, true, false},
                                   "build rate of the planned well", 3),
-               inclination = kDegree * c.number("survey.plan.inclination_deg", config::Range::closed(0, 180),
-                                                "inclination to which the planned well builds"),
+               inclination =
+                   kDegree *
+                   c.number("survey.plan.inclination_deg", config::Range::closed(0, 180),
+                            "inclination to which the planned well builds, and which it holds down to its end"),
                azimuth = kDegree * c.number("survey.plan.azimuth_deg", config::Range::closed(-360, 360),
-                                            "azimuth of the planned well"),
+                                            "azimuth of the planned well, from true north"),
                bottom =
                    c.number("survey.plan.md_m", config::Range::positive(), "measured depth of the planned well's end"),
                spacing = c.number("survey.plan.spacing_m", config::Range{0, 1000, true, false},
-                                  "distance of stations along the planned well", 30);
+                                  "distance of stations along the planned well; random errors depend on it", 30);
   c.require(bottom / spacing < 100'000.5, "survey.plan.spacing_m", "more than 100000 stations");
   c.require(per_30m / 30 * spacing <= 90, "survey.plan.build_deg_per_30m",
             fmt::format("with survey.plan.spacing_m = {} there is more than 90 deg between two stations", spacing));
@@ -219,8 +225,9 @@ sensor::NoiseModel read_noise(config::ConfigReader& c) {
                   "noise.reference.name", kFieldModels,
                   "the model's error as draws: one draw a run, of 138 nT and 0.20 deg, each of which can be given"))
             : ReferenceSize{};
-  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"},
-                                   "how often an error of the reference is drawn", named ? "run" : "none");
+  const std::string per =
+      c.choice("noise.reference.per", {"none", "run", "station"},
+               "how often an error of the reference is drawn; must be given where a size is", named ? "run" : "none");
   n.reference = per == "run"       ? sensor::ReferenceNoise::per_run
                 : per == "station" ? sensor::ReferenceNoise::per_station
                                    : sensor::ReferenceNoise::none;
@@ -265,7 +272,11 @@ std::string names_with(const Trait& has_trait) {
 estimate::EstimatorOptions read_estimator(config::ConfigReader& c, const estimate::InputErrors& truth,
                                           const survey::ReferenceField& field, const std::vector<std::string>& names) {
   estimate::EstimatorOptions o;
-  o.name = c.choice("estimator.name", names, "estimator (docs/studies.md)");
+  o.name =
+      c.choice("estimator.name", names,
+               "estimator: 'msa': horizontal and vertical field of all stations against the reference; 'msa_weighted': "
+               "with the covariance of both; 'msa_joint': the reference is unknown, too; 'wls': readings against the "
+               "true field, attitude known; 'wls_consider': as 'msa_weighted', the reference considered only");
   const estimate::EstimatorKind& kind = estimate::estimator_kind(o.name);
   c.require(kind.predict != nullptr, "estimator.name",
             "this study compares with a prediction to first order, and \"" + o.name + "\" has none");
@@ -280,8 +291,8 @@ estimate::EstimatorOptions read_estimator(config::ConfigReader& c, const estimat
   o.assumed = truth;
   if (!kind.derivative.empty())
     o.derivative = c.choice("estimator.derivative", estimate::derivative_names(),
-                            "where the derivative by a gain is taken: 'measured': at the reading, noise included; "
-                            "'fitted': at the fitted field",
+                            "where the derivative by a gain is taken: 'measured': at the reading, noise included, "
+                            "which shifts gains by the noise; 'fitted': at the fitted field",
                             std::string(kind.derivative));
   else if (c.has("estimator.derivative"))
     c.fail("estimator.derivative",
@@ -316,10 +327,11 @@ sensor::AssumedNoise read_assumed_noise(config::ConfigReader& c, const std::stri
              "only " + names_with([](const estimate::EstimatorKind& k) { return k.weighs_each_reading; }) + " has it");
     return sensor::AssumedNoise::constant;
   }
-  const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"},
-                                     "of wls: what it assumes of a reading is drawn anew in each run, as 'sd' in (0, "
-                                     "size) nT or as 'variance' in (0, size) nT^2",
-                                     "constant");
+  const std::string drawn =
+      c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"},
+               "of 'wls': what it assumes of a reading is drawn anew in each run, as 'sd' in (0, size) nT or as "
+               "'variance' in (0, size) nT^2; only with `outputs` 'parameters' and without `control_variate`",
+               "constant");
   return drawn == "sd"         ? sensor::AssumedNoise::random_sd
          : drawn == "variance" ? sensor::AssumedNoise::random_variance
                                : sensor::AssumedNoise::constant;

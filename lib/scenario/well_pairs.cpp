@@ -38,7 +38,9 @@ double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, do
   const bool is_metres = c.has(metres) || (fallback == 0 && !c.has(inches));
   if (!is_metres && !c.has(inches)) return fallback;
   const std::string& key = is_metres ? metres : inches;
-  const double diameter = (is_metres ? 1 : kInch) * c.number(key, config::Range::positive(), "diameter of the hole");
+  const double diameter =
+      (is_metres ? 1 : kInch) *
+      c.number(key, config::Range::positive(), "diameter of the hole; an offset without it has that of the reference");
   constexpr double kWidest = 1.5;
   if (diameter > kWidest)
     c.warn(key, fmt::format("a hole of {:.4g} m is wider than any that is drilled for a well: is the unit right?",
@@ -391,12 +393,11 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
           ? config::AzimuthReference::true_north
           : read_azimuth_reference(c, c.csv("survey.file", config::kMeaningElsewhere), "survey.azimuth_reference");
   // By has(), so that no default of it is written into every config.
-  const bool on_map =
-      c.has("survey.slot_reference") &&
-      c.choice(
-          "survey.slot_reference", {"true", "grid"},
-          "north of all slots: 'grid': they are differences of map coordinates, and are turned by the convergence") ==
-          "grid";
+  const bool on_map = c.has("survey.slot_reference") &&
+                      c.choice("survey.slot_reference", {"true", "grid"},
+                               "north of all slots: 'grid': they are differences of map coordinates, and are turned by "
+                               "the convergence. Must be given where azimuths of the reference are from grid north and "
+                               "the turn moves a slot by more than 5 m") == "grid";
   const double turn = on_map ? r.field.convergence : 0;
   r.slot = read_slot(c, "survey.slot_m", turn, std::vector<double>{0, 0, 0});
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);

@@ -1,6 +1,6 @@
 #pragma once
 /// A reference well and offset wells as a config gives them, and pairs of them ready to be compared: what the studies
-/// of two and more wells share (docs/results-format.md has the keys).
+/// of two and more wells share (docs/keys.md has the keys).
 #include <memory>
 #include <optional>
 #include <string>
