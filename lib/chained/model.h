@@ -1,5 +1,6 @@
 #pragma once
-/// The model of chained multistation analysis (ISCWSA slides, chained multistation; decoded in docs/studies.md).
+/// The model of chained multistation analysis (ISCWSA slides, chained multistation; decoded in
+/// docs/studies/chained_multistation.md).
 ///
 /// Notation of all files of this folder: at station k
 ///   M = [n e d]  directions of magnetic north, east and down in the tool frame: a rotation, free at every station

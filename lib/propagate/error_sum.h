@@ -8,8 +8,8 @@ namespace surveymc::propagate {
 using error_model::PropagationMode;
 
 /// Position covariance of one error source, station after station (Williamson, SPE 67616; thesis eqs 41-47, with the
-/// errata of docs/studies.md). With e_k the effect of station k's error on positions beyond station k + 1, and e*_K
-/// that on the position of station K itself (the leg before it only),
+/// errata of docs/studies/msa_position.md). With e_k the effect of station k's error on positions beyond station k + 1,
+/// and e*_K that on the position of station K itself (the leg before it only),
 ///
 ///   R     C_K = sum_{k<K} e_k e_k' + e*_K e*_K'
 ///   S     C_K = sum_{earlier legs} (sum_k e_k)(sum_k e_k)' + (sum_{k<K} e_k + e*_K)(same)', k in the leg of K

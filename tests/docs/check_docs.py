@@ -3,7 +3,7 @@
 
     check_docs.py SURVEYMC [PAGE ...] [--full] [--sample N] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
 
-A page is docs/studies.md, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these three). Its
+A page is one of docs/studies/, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these). Its
 numbers are tied to commands by comments that no reader sees, behind the text that quotes them:
 
     <!-- numbers of: surveymc run configs/thesis/table5.toml --trials 1000000
@@ -16,7 +16,7 @@ numbers are tied to commands by comments that no reader sees, behind the text th
     -->
 
 * The first line is the whole command as it stands in the text, or the config alone, if the text names that (checked in
-  docs/studies.md). The line `small:` has the options of a run of seconds instead of the command's own; `small: the same`
+  docs/studies/). The line `small:` has the options of a run of seconds instead of the command's own; `small: the same`
   runs the command as it is. Without that line the command is run with --full only.
 * Each other line has a quote, a relation and an expression. The quote stands in the text between the heading and the
   comment, word by word, its line breaks aside. All numbers in it are compared, in their order, with the values of the
@@ -33,13 +33,13 @@ numbers are tied to commands by comments that no reader sees, behind the text th
   between `<!-- held only nightly -->` and `<!-- end -->`; `--list` writes that list.
 * A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
 
-A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the page keep together
-with probability 99 %, and once more by the square root of 2, because the number in the text is a draw as well. Products
+A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the pages of a folder keep
+together with probability 99 %, and once more by the square root of 2, because the number in the text is a draw as well. Products
 and ratios of such values are taken as independent. What has no interval (medians, counts) has to come out in every digit,
 or states its own tolerance for the small run: `[small ± X]`. `[full]` is a number that a small run cannot say.
 
-Every command `surveymc run` in docs/studies.md has to be tied to a number, unless `<!-- not run: WHY -->` follows it, and
-every chapter of it has such numbers. Exit: 0, or 1 with a line for every number that is wrong.
+Every command `surveymc run` of a page of docs/studies/ has to be tied to a number, unless `<!-- not run: WHY -->` follows it, and
+every such page has such numbers. Exit: 0, or 1 with a line for every number that is wrong.
 """
 import argparse
 import functools
@@ -63,9 +63,9 @@ import numpy as np
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "scripts"))
 from surveymc import storage, streams, whole_file  # noqa: E402
-PAGES = ["docs/studies.md", "README.md", "docs/tutorials/own_well.md"]
-ALL_TIED = "studies.md"  # the page whose commands and sections all need numbers
-TOGETHER = 0.99  # probability that all numbers of a page are within their intervals
+PAGES = [*sorted((SOURCE / "docs/studies").glob("*.md")), SOURCE / "README.md", SOURCE / "docs/tutorials/own_well.md"]
+ALL_TIED = "studies"  # the folder of pages whose commands all need numbers
+TOGETHER = 0.99  # probability that all numbers of the pages of a folder are within their intervals
 
 
 class Wrong(Exception):
@@ -359,7 +359,7 @@ def sections(text):
 def read_page(text, says_command):
     """All that is tied to commands. Wrong, with the line, where it is not written as it has to be.
 
-    says_command: the text has to say the command, or name its config, in the chapter of the comment.
+    says_command: the text has to say the command, or name its config, before the comment.
     """
     found, bounds = [], sections(text)
     for hit in COMMENT.finditer(text):
@@ -392,10 +392,9 @@ def read_page(text, says_command):
                                 float(note.split("± ")[1]) if "±" in note else None, note == "full", note.startswith("nightly")))
         if not claims:
             raise Wrong(f"{line}: no number")
-        chapter = max((m.start() for m in re.finditer(r"^## ", text[:hit.start()], re.M)), default=0)
-        config = pathlib.Path(command[1])
-        named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?!\w)", plain(text[chapter:hit.start()]))
-        if says_command and not named and command not in [words for _, words, _ in commands_shown(text[chapter:hit.start()])]:
+        above, config = text[:hit.start()], pathlib.Path(command[1])
+        named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?!\w)", plain(above))
+        if says_command and not named and command not in [words for _, words, _ in commands_shown(above)]:
             raise Wrong(f"{line}: the text does not say 'surveymc {shlex.join(command)}'")
         found.append(Tied(line, command, small, lets, claims))
     return found
@@ -429,13 +428,7 @@ def not_tied(text, tied):
             bad.append(f"{line}: `{whole}` is not whole: surveymc run configs/…")
         elif words not in known and len(words) > 2:
             bad.append(f"{line}: no number is tied to `{whole}` (or <!-- not run: WHY --> behind it)")
-    for begin, _ in sections(text):
-        if not text.startswith("## ", begin):
-            continue
-        whole = re.split(r"^## ", text[begin + 1:], 1, re.M)[0]
-        if not COMMENT.search(whole) and "<!-- not run: " not in whole:
-            bad.append(f"{text.count(chr(10), 0, begin) + 1}: no number is tied: #{whole.splitlines()[0]}")
-    return bad
+    return bad if tied else [*bad, "1: no number is tied"]
 
 
 # Runs.
@@ -536,10 +529,16 @@ def value_of(expression, names, line):
         raise Wrong(f"{line}: {expression}: {type(error).__name__}: {error}") from error
 
 
+def quoted_beside(page):
+    """How many numbers the pages of a page's folder quote: they are judged together."""
+    return sum(len(numbers_in(claim.quote)) for other in sorted(page.parent.glob("*.md"))
+               for tied in read_page(other.read_text(), False) for claim in tied.claims)
+
+
 def check_page(program, page, options, folder):
-    text = page.read_text()
-    tied = read_page(text, page.name == ALL_TIED)
-    bad = not_tied(text, tied) if page.name == ALL_TIED else []
+    text, all_tied = page.read_text(), page.resolve().parent.name == ALL_TIED
+    tied = read_page(text, all_tied)
+    bad = not_tied(text, tied) if all_tied else []
     if options.list:
         whole_file.write(page, LISTED.sub(lambda m: m[1] + held_nightly(text, tied) + m[2], text).encode(), lambda name: True)
         return False
@@ -550,7 +549,7 @@ def check_page(program, page, options, folder):
             config_hash(program, t.command)
             if t.small:
                 config_hash(program, t.small)
-    factor = widening(sum(len(numbers_in(c.quote)) for t in tied for c in t.claims))
+    factor = widening(quoted_beside(page))
     count, commands, seconds = 0, set(), []
     for t in [] if options.syntax else tied:
         arguments = t.command if options.full else t.small
@@ -607,7 +606,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="surveymc-docs-") as temporary:
         folder = pathlib.Path(options.keep or temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        for page in options.pages or [SOURCE / p for p in PAGES]:
+        for page in options.pages or PAGES:
             try:
                 bad |= check_page(program, page, options, folder.resolve())
             except Wrong as error:

@@ -35,7 +35,7 @@ def sections(text):
 
 def main():
     bad, checked = [], 0
-    for page in [source / "README.md", source / "docs/studies.md", source / "docs/performance.md"]:
+    for page in [source / "README.md", *sorted(source.glob("docs/studies/*.md")), source / "docs/performance.md"]:
         above = []  # the sections that a section is in
         for level, name, text in sections(page.read_text()):
             above = [s for s in above if s[0] < level] + [(level, name, text)]

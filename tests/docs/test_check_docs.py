@@ -72,6 +72,7 @@ class CheckDocs(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
+        (self.folder / "studies").mkdir()
         self.program = self.folder / "surveymc"
         self.program.write_text(PROGRAM)
         self.program.chmod(0o755)
@@ -79,8 +80,8 @@ class CheckDocs(unittest.TestCase):
         write_result(self.folder / "small.h5", 103.0, 4.0)
 
     def check(self, text, *options):
-        """(exit, output) of the check of a page docs/studies.md with this text."""
-        page = self.folder / "studies.md"
+        """(exit, output) of the check of a page docs/studies/one.md with this text."""
+        page = self.folder / "studies/one.md"
         page.write_text(text)
         sys.argv = ["check_docs.py", str(self.program), str(page), *options]
         with contextlib.redirect_stdout(io.StringIO()) as out:
@@ -129,7 +130,7 @@ class CheckDocs(unittest.TestCase):
         page = PAGE + "## Last\n<!-- held only nightly -->\n<!-- end -->\n<!-- not run: a list -->\n"
         self.wrong(page, "--list writes it")
         self.assertFalse(self.check(page, "--list")[0])
-        listed = (self.folder / "studies.md").read_text()
+        listed = (self.folder / "studies/one.md").read_text()
         self.assertIn("* One: 100.0, 40.0\n<!-- end -->", listed)
         self.assertFalse(self.check(listed)[0])
         self.wrong(listed.replace("[full]", "", 1), "--list writes it")
@@ -155,9 +156,9 @@ class CheckDocs(unittest.TestCase):
     def test_commands_are_whole_and_run(self):
         for more, word in [("`run table5.toml --trials 2`", "not whole"), ("`surveymc run table5.toml --trials 2`", "not whole"),
                            ("`surveymc run configs/thesis/table6.toml --trials 7`", "no number is tied"),
-                           ("\n```sh\nbuild/surveymc run configs/thesis/table6.toml --seed 7\n```\n", "no number is tied"),
-                           ("\n## Two\nNothing.\n", "## Two")]:
+                           ("\n```sh\nbuild/surveymc run configs/thesis/table6.toml --seed 7\n```\n", "no number is tied")]:
             self.wrong(PAGE + more, word)
+        self.wrong("# Studies\n## One\nNothing.\n", "no number is tied")
         self.assertFalse(self.check(PAGE + "`surveymc run configs/thesis/table6.toml --seed 7` <!-- not run: it takes a day -->")[0])
         self.assertFalse(self.check(PAGE + "`surveymc run CONFIG`")[0])
 

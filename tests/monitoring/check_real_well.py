@@ -3,7 +3,7 @@
 
 Bounds are on what must hold of this file: how it is read, that AKS follows faulty inputs less than AS, that the depletion of
 the well is taken for a drift of its healthy bottom-hole gauge, by both, and what it shows of the source's claims, as
-docs/studies.md says.
+docs/studies/drift_monitoring.md says.
 """
 import csv
 import io
