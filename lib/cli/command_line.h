@@ -28,7 +28,7 @@ enum class Command {
   completion
 };
 
-/// The command and options of a command line (README.md).
+/// The command and options of a command line (docs/using.md).
 struct CommandLine {
   Command command = Command::list;
   RunArguments arguments = {};

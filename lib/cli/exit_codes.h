@@ -8,7 +8,7 @@
 
 namespace surveymc::cli {
 
-// sysexits.h, as documented in the README
+// sysexits.h, as documented in docs/results-format.md
 enum Exit {
   kDone = 0,
   kUnexpected = 1,

@@ -3,7 +3,7 @@
 
 One call of the system fails (fault.c), then another, for every call of a run, a resumed run, a shard, a merge, a rerun, a
 status, a diff. After each:
-* the program ends by itself with an exit code that the README lists, and says no "internal error" of an unknown kind.
+* the program ends by itself with an exit code that docs/results-format.md lists, and says no "internal error" of an unknown kind.
   Without memory it may also crash, as HDF5 and the C library then do;
 * a result that was there before is whole: the old bytes, or the new contents and the old bytes as out.1.h5;
 * exit 0 means that the new result is there, or that what is printed is what a run without faults prints
