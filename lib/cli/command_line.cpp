@@ -164,7 +164,7 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
-                   "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
+                   "at most this many rows of a table, from both ends; 0 for all (default: 40)")
       ->check(kNotNegative)
       ->excludes(csv)
       ->excludes(json);

@@ -25,11 +25,11 @@ namespace {
 
 constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
-/// As wide and as long as the reader's screen, if there is one.
-store::TableFormat terminal_format(const ShowArguments& a) {
+/// As wide as the reader's screen, if there is one, and as long as one can read.
+store::TableFormat readable_format(const ShowArguments& a) {
   store::TableFormat format = screen_format();
   constexpr std::size_t kReadableRows = 40;
-  if (format.fold) format.most_rows = kReadableRows;
+  format.most_rows = kReadableRows;
   if (a.rows) format.most_rows = *a.rows == 0 ? kNoLimit : static_cast<std::size_t>(*a.rows);
   return format;
 }
@@ -40,11 +40,14 @@ store::Table in_units(const ShowArguments& a, const store::Table& table) {
 
 /// Text for the screen; of a table that is not held only the rows that are shown are read.
 std::string formatted(const ShowArguments& a, const store::Table& table) {
-  store::TableFormat format = terminal_format(a);
-  if (table.is_held()) return store::format_table(in_units(a, table), format);
+  store::TableFormat format = readable_format(a);
   const std::size_t shown = std::min(format.most_rows, table.rows());
-  format.left_out = table.rows() - shown;
-  return store::format_table(in_units(a, store::first_and_last(table, shown)), format);
+  if (!table.is_held()) format.left_out = table.rows() - shown;
+  std::string text =
+      store::format_table(in_units(a, table.is_held() ? table : store::first_and_last(table, shown)), format);
+  if (!a.rows && shown < table.rows())
+    text += on_screen("(--rows 0 prints all rows, --csv exports them)", STDOUT_FILENO) + "\n";
+  return text;
 }
 
 void print_text(const std::string& text) { fmt::print("{}", text); }
@@ -130,7 +133,7 @@ std::string stacked(const store::Table& list, std::size_t screen) {
 void print_list(const ShowArguments& a, const store::Result& r) {
   print_heading(r);
   store::Table list = list_of(r);
-  store::TableFormat format = terminal_format(a);
+  store::TableFormat format = readable_format(a);
   const std::size_t screen = format.fold ? format.width : kNoLimit;
   auto& titles = std::get<std::vector<std::string>>(list.columns.back().values);
   const std::vector<std::string> whole = titles;

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -53,6 +55,10 @@ std::string interval_cell(double low, double high) {
   return format_double(low, digits) + " .. " + format_double(high, digits);
 }
 
+std::string unit_text(const Column& column) {
+  return column.unit.empty() || column.unit == "1" ? "" : "[" + printable(column.unit) + "]";
+}
+
 bool is_blank(const Column& column) {
   return std::visit(
       [](const auto& values) {
@@ -66,26 +72,62 @@ bool is_blank(const Column& column) {
       column.values);
 }
 
+bool is_same_in_all_rows(const Column& column) {
+  return std::visit(
+      [](const auto& values) {
+        return std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end();
+      },
+      column.values);
+}
+
 /// Columns that say in numbers what `verdict` and `note` say: for files, not for eyes.
 bool is_for_files(const Column& column) {
   return column.name == "p_differs" || column.name == "p_agrees" || column.name == "trials_to_decide";
 }
 
-/// One printed column: one or two lines of name, unit, cells.
-struct Block {
+/// The rows of a table that are printed: all but gap_begin .. gap_end - 1.
+struct Shown {
+  std::size_t rows, gap_begin, gap_end;  ///< rows: of the table
+
+  std::size_t count() const { return rows - (gap_end - gap_begin); }
+  std::size_t row(std::size_t i) const { return i < gap_begin ? i : i + (gap_end - gap_begin); }  ///< of cell i
+};
+
+Shown shown_rows(std::size_t rows, const TableFormat& format) {
+  const std::size_t shown = std::min(rows, format.most_rows), begin = (shown + 1) / 2;
+  return {rows, begin, begin + (rows - shown)};
+}
+
+/// One printed column: one or two lines of name, unit, cells of the rows that are shown.
+class Block {
+ public:
+  Block(std::string name_, std::string unit_, bool is_right_aligned)
+      : name(std::move(name_)), unit(std::move(unit_)), right_aligned(is_right_aligned), cell_width_(width(unit)) {}
+
   std::string name, unit;
-  bool right_aligned = true;
-  std::vector<std::string> cells;
+  bool right_aligned;
   std::array<std::string, 2> name_lines = {"", name};
   std::string same_count = {};  ///< "trials 20000" if that is what all rows count
   bool is_key = false;          ///< of the sweep
 
-  std::size_t cell_width() const {
-    std::size_t w = width(unit);
-    for (const std::string& c : cells) w = std::max(w, width(c));
-    return w;
+  const std::vector<std::string>& cells() const { return cells_; }
+  void add_cell(std::string text) {
+    cell_width_ = std::max(cell_width_, width(text));
+    cells_.push_back(std::move(text));
   }
-  std::size_t full_width() const { return std::max({cell_width(), width(name_lines[0]), width(name_lines[1])}); }
+  void replace_cells(std::vector<std::string> cells) {
+    cells_.clear();
+    cell_width_ = width(unit);
+    for (std::string& c : cells) add_cell(std::move(c));
+  }
+
+  /// Widths are asked for in every line: they are kept, not counted again.
+  std::size_t cell_width() const { return cell_width_; }
+  std::size_t full_width() const { return std::max({cell_width_, width(name_lines[0]), width(name_lines[1])}); }
+
+ private:
+  std::vector<std::string> cells_;
+  std::size_t cell_width_;
 };
 
 /// A name in two lines, broken after an underscore or blank near its middle, if that makes the column narrower.
@@ -113,7 +155,7 @@ struct Ends {
 };
 
 /// Columns as they are printed: blank ones left out, interval ends joined behind their value.
-std::vector<Block> printed_blocks(const Table& table) {
+std::vector<Block> printed_blocks(const Table& table, const Shown& shown) {
   const auto find = [&](const std::string& name) -> const Column* {
     const Column* c = table.find_column(name);
     return c && !is_text(*c) ? c : nullptr;
@@ -137,61 +179,64 @@ std::vector<Block> printed_blocks(const Table& table) {
     const bool interval = ends.low && (rows == 0 || !is_blank(*ends.low) || !is_blank(*ends.high));
     if (rows > 0 && is_blank(column) && !interval) continue;
 
-    Block block{printable(column.name), "", !is_text(column), {}};
-    if (!column.unit.empty() && column.unit != "1") block.unit = "[" + printable(column.unit) + "]";
-    for (std::size_t i = 0; i < rows; ++i) block.cells.push_back(cell(column, i));
+    Block block(printable(column.name), unit_text(column), !is_text(column));
+    for (std::size_t i = 0; i < shown.count(); ++i) block.add_cell(cell(column, shown.row(i)));
     const bool counts = std::holds_alternative<std::vector<std::int64_t>>(column.values) || block.name == "margin";
-    if (counts && rows > 1 &&
-        std::count(block.cells.begin(), block.cells.end(), block.cells.front()) == std::ssize(block.cells))
-      block.same_count = fmt::format("{} {}", block.name, block.cells.front());
+    if (counts && rows > 1 && is_same_in_all_rows(column))
+      block.same_count = fmt::format("{} {}", block.name, cell(column, 0));
     block.is_key = column.long_name == kSweepKey;
-    blocks.push_back(block);
+    blocks.push_back(std::move(block));
     if (!interval) continue;
-    Block joined{"interval", block.unit, true, {}};
-    for (std::size_t i = 0; i < rows; ++i) {
-      joined.cells.push_back(interval_cell(table.number(ends.low->name, i), table.number(ends.high->name, i)));
+    Block joined("interval", unit_text(column), true);
+    for (std::size_t i = 0; i < shown.count(); ++i) {
+      const std::size_t row = shown.row(i);
+      joined.add_cell(interval_cell(table.number(ends.low->name, row), table.number(ends.high->name, row)));
     }
-    blocks.push_back(joined);
+    blocks.push_back(std::move(joined));
   }
   return blocks;
 }
 
-/// Rows begin .. end - 1 are not printed.
-struct Gap {
-  std::size_t begin, end;
+/// Sentences below the table, each once.
+class Footnotes {
+ public:
+  /// Replaces the texts of a column by the numbers of its notes.
+  void take(Block& block) {
+    std::vector<std::string> numbers;
+    for (const std::string& c : block.cells()) numbers.push_back(c.empty() ? c : fmt::format("({})", number_of(c)));
+    block.replace_cells(std::move(numbers));
+  }
+  const std::vector<std::string>& texts() const { return texts_; }
+
+ private:
+  std::size_t number_of(const std::string& text) {
+    const auto [at, is_new] = numbers_.try_emplace(text, texts_.size() + 1);
+    if (is_new) texts_.push_back(text);
+    return at->second;
+  }
+
+  std::vector<std::string> texts_;
+  std::unordered_map<std::string, std::size_t> numbers_;
 };
 
-Gap gap_of(std::size_t rows, const TableFormat& format) {
-  const std::size_t shown = std::min(rows, format.most_rows), begin = (shown + 1) / 2;
-  return {begin, begin + (rows - shown)};
+/// "none (!)" for a verdict that is not the expected one; else "".
+std::string unexpected_mark(const Table& table, std::size_t row) {
+  const std::string verdict = table.word("verdict", row), expected = table.word("expected", row);
+  if (expected.empty() || expected == verdict) return "";
+  if (verdict == "differs" && table.word("family", row) == "may be chance") return "";  // as unexpected_verdicts()
+  return (verdict.empty() ? "none" : printable(verdict)) + kUnexpectedMark;
 }
 
-/// Replaces the texts of a column by numbers, equal texts by one number, and adds the numbered texts to `notes`; those
-/// in the gap get no number, as nobody sees them.
-void to_footnotes(Block& block, const Gap& gap, std::vector<std::string>& notes) {
-  for (std::size_t i = 0; i < block.cells.size(); ++i) {
-    std::string& c = block.cells[i];
-    if (i >= gap.begin && i < gap.end) c.clear();
-    if (c.empty()) continue;
-    const auto known = std::find(notes.begin(), notes.end(), c);
-    const auto number = known - notes.begin() + 1;
-    if (known == notes.end()) notes.push_back(c);
-    c = fmt::format("({})", number);
-  }
-}
-
-/// Marks the verdicts that are not the expected ones; how many there are.
-std::size_t mark_unexpected(const Table& table, std::vector<Block>& blocks) {
+/// Marks the verdicts that are not the expected ones; how many there are, in rows that are not shown, too.
+std::size_t mark_unexpected(const Table& table, const Shown& shown, std::vector<Block>& blocks) {
   const auto block = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.name == "verdict"; });
   if (!table.find_column("verdict") || !table.find_column("expected") || block == blocks.end()) return 0;
+  std::vector<std::string> cells = block->cells();
   std::size_t marked = 0;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const std::string verdict = table.word("verdict", i), expected = table.word("expected", i);
-    if (expected.empty() || expected == verdict) continue;
-    if (verdict == "differs" && table.word("family", i) == "may be chance") continue;  // as unexpected_verdicts()
-    block->cells[i] = (verdict.empty() ? "none" : printable(verdict)) + kUnexpectedMark;
-    ++marked;
-  }
+  for (std::size_t row = 0; row < shown.rows; ++row) marked += !unexpected_mark(table, row).empty();
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (std::string mark = unexpected_mark(table, shown.row(i)); !mark.empty()) cells[i] = std::move(mark);
+  block->replace_cells(std::move(cells));
   return marked;
 }
 
@@ -278,14 +323,14 @@ Layout layout_of(const std::vector<Block>& blocks, std::size_t names_count, std:
 }
 
 /// "case: test 4; leg: 1"
-std::string group_line(const Blocks& above, std::size_t row, const TableFormat& format) {
+std::string group_line(const Blocks& above, std::size_t i, const TableFormat& format) {
   std::string out;
-  for (const Block* b : above) out += fmt::format("{}{}: {}", out.empty() ? "" : "; ", b->name, b->cells[row]);
+  for (const Block* b : above) out += fmt::format("{}{}: {}", out.empty() ? "" : "; ", b->name, b->cells()[i]);
   return (format.fold ? folded(out, format.width, 2) : out) + '\n';
 }
 
 /// Heading and rows of some columns.
-std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows, const TableFormat& format) {
+std::string lines_of(const Blocks& blocks, const Blocks& above, const Shown& shown, const TableFormat& format) {
   std::string out, group;
   const auto any = [&](const auto& has) { return std::any_of(blocks.begin(), blocks.end(), has); };
   if (any([](const Block* b) { return !b->name_lines[0].empty(); })) {
@@ -303,15 +348,14 @@ std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows
         if (own != group) out += own;
         group = own;
       }
-      out += line(blocks, [i](const Block& b) { return b.cells[i]; });
+      out += line(blocks, [i](const Block& b) { return b.cells()[i]; });
     }
   };
-  const Gap gap = gap_of(rows, format);
-  add_rows(0, gap.begin);
-  if (const std::size_t left_out = gap.end - gap.begin + format.left_out; left_out > 0)
-    out += fmt::format("... {} of {} rows left out ...\n", left_out, rows + format.left_out);
-  add_rows(gap.end, rows);
-  if (rows == 0) out += "(no rows)\n";
+  add_rows(0, shown.gap_begin);
+  if (const std::size_t left_out = shown.rows - shown.count() + format.left_out; left_out > 0)
+    out += fmt::format("... {} of {} rows left out ...\n", left_out, shown.rows + format.left_out);
+  add_rows(shown.gap_begin, shown.count());
+  if (shown.rows == 0) out += "(no rows)\n";
   return out;
 }
 
@@ -341,14 +385,15 @@ std::string format_table(const Table& table, const TableFormat& format) {
   const auto in_lines = [&](const std::string& text, std::size_t indent) {
     return (format.fold ? folded(text, format.width, indent) : text) + '\n';
   };
-  const std::size_t rows = table.rows();
+  const Shown shown = shown_rows(table.rows(), format);
   std::string out = printable(table.name);
   if (!table.long_name.empty()) out += ": " + printable(table.long_name);
   out = in_lines(out, 2);
 
-  std::vector<Block> blocks = printed_blocks(table);
-  if (blocks.empty()) return out + (rows > 0 ? fmt::format("({} rows without values)\n", rows) : "(no rows)\n");
-  const std::size_t unexpected = mark_unexpected(table, blocks);
+  std::vector<Block> blocks = printed_blocks(table, shown);
+  if (blocks.empty())
+    return out + (shown.rows > 0 ? fmt::format("({} rows without values)\n", shown.rows) : "(no rows)\n");
+  const std::size_t unexpected = mark_unexpected(table, shown, blocks);
   const auto too_wide = [&] { return table_width(blocks) > format.width; };
   if (too_wide()) {  // what is the same in all rows needs no column
     std::string counts;
@@ -362,16 +407,16 @@ std::string format_table(const Table& table, const TableFormat& format) {
   const std::size_t names = naming_columns(blocks);
   move_verdict(blocks, names);
   if (too_wide()) std::for_each(blocks.begin(), blocks.end(), break_name);
-  std::vector<std::string> notes;
+  Footnotes notes;
   for (std::size_t i = blocks.size(); i-- > names && too_wide();)
-    if (Block& b = blocks[i]; !b.right_aligned && b.cell_width() > kSentence)
-      to_footnotes(b, gap_of(rows, format), notes);
+    if (Block& b = blocks[i]; !b.right_aligned && b.cell_width() > kSentence) notes.take(b);
 
   const Layout layout = layout_of(blocks, names, format.split ? format.width : std::string::npos);
   for (const Blocks& part : layout.parts)
-    out += (&part == &layout.parts.front() ? "" : "\n") + lines_of(part, layout.above, rows, format);
+    out += (&part == &layout.parts.front() ? "" : "\n") + lines_of(part, layout.above, shown, format);
   if (unexpected > 0) out += fmt::format("(!) {} not as expected\n", unexpected);
-  for (std::size_t i = 0; i < notes.size(); ++i) out += in_lines(fmt::format("({}) {}", i + 1, notes[i]), 4);
+  for (std::size_t i = 0; i < notes.texts().size(); ++i)
+    out += in_lines(fmt::format("({}) {}", i + 1, notes.texts()[i]), 4);
   return out;
 }
 

@@ -114,6 +114,7 @@ verdict = "agrees"
 
     def test_columns_are_aligned_and_have_units(self):
         text = call("show", self.comparison, "realisations", "--rows", 6)
+        self.assertNotIn("--rows", text)
         lines = text.splitlines()
         rule = next(i for i, line in enumerate(lines) if set(line) == {"-"})
         ends = lambda line: {m.end() for m in re.finditer(r"\S+", line)}  # noqa: E731 - numbers end in one column
@@ -123,7 +124,14 @@ verdict = "agrees"
                 self.assertEqual(ends(line), ends(lines[rule + 1]), line)
         self.assertIn("... 494 of 500 rows left out ...", text)
         self.assertEqual(len(lines) - rule - 1, 7)
-        self.assertNotIn("left out", call("show", self.comparison, "realisations"))
+        self.assertNotIn("left out", call("show", self.comparison, "realisations", "--rows", 0))
+
+    def test_forty_rows_of_a_long_table_are_printed_where_nobody_says_how_many(self):
+        text = call("show", self.comparison, "realisations")
+        self.assertIn("... 460 of 500 rows left out ...\n", text)
+        self.assertTrue(text.endswith("\n(--rows 0 prints all rows, --csv exports them)\n"), text)
+        self.assertEqual(len(text.split("-\n")[1].splitlines()), 40 + 2)
+        self.assertEqual(len(call("show", self.comparison, "realisations", "--csv").splitlines()), 501)
 
     def test_terminal_gets_its_width_and_the_ends_of_long_tables(self):
         for columns in [80, 120]:

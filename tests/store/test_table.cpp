@@ -254,7 +254,7 @@ TEST_CASE("A table is cut to as few rows as asked, down to one and to none") {
   format.left_out = 97;  // of a table whose other rows are on the disk
   CHECK(format_table(first_and_last(t, 1), format) == "t\n x\n--\n10\n... 97 of 98 rows left out ...\n");
   format.left_out = format.most_rows = 0;
-  CHECK(format_table(t, format) == "t\n x\n--\n... 3 of 3 rows left out ...\n");
+  CHECK(format_table(t, format) == "t\nx\n-\n... 3 of 3 rows left out ...\n");
 }
 
 TEST_CASE("Only the notes of rows that are shown become footnotes") {
@@ -266,6 +266,36 @@ TEST_CASE("Only the notes of rows that are shown become footnotes") {
   const std::string text = format_table(t, {.width = 30, .most_rows = 2});
   CHECK(contains(text, "\n(1) the sentence that belongs to row 0\n(2) the sentence that belongs to row 8\n"));
   CHECK_FALSE(contains(text, "(3)"));
+}
+
+TEST_CASE("A long table with a note of its own in each row has all of them below") {
+  constexpr int kRows = 60'000;  // in time that grows with the rows: with their square it would be hours
+  Table t{"t", "wide", {{"row", "", "", Texts{}}, {"note", "", "", Texts{}}}};
+  for (int i = 0; i < kRows; ++i) {
+    std::get<Texts>(t.columns[0].values).push_back(fmt::format("r{}", i));
+    std::get<Texts>(t.columns[1].values).push_back(fmt::format("the sentence of row {}", i - i % 2));
+  }
+  const std::vector<std::string> lines = lines_of(format_table(t, {.width = 20}));
+  REQUIRE(lines.size() == 3 + kRows + kRows / 2);
+  CHECK(lines[3 + kRows - 1] == "r59999  (30000)");
+  CHECK(lines[3 + kRows] == "(1) the sentence of row 0");
+  CHECK(lines.back() == "(30000) the sentence of row 59998");
+}
+
+TEST_CASE("Columns are as wide as the rows that are shown need") {
+  const Table t{"t", "", {{"x", "1", "", Numbers{1, 123456, 2}}, {"y", "", "", Texts{"a", "long word", ""}}}};
+  CHECK(format_table(t, {.most_rows = 2}) == "t\nx  y\n----\n1  a\n... 1 of 3 rows left out ...\n2\n");
+}
+
+TEST_CASE("Verdicts that are not as expected are counted in rows that are not shown, too") {
+  const Table t{"t",
+                "",
+                {{"quantity", "", "", Texts{"a", "b", "c"}},
+                 {"verdict", "", "", Texts{"agrees", "differs", "differs"}},
+                 {"expected", "", "", Texts{"agrees", "agrees", "agrees"}}}};
+  const std::string text = format_table(t, {.most_rows = 2});
+  CHECK(contains(text, "c         differs (!)  agrees\n"));
+  CHECK(contains(text, "(!) 2 not as expected\n"));
 }
 
 TEST_CASE("A split table is as narrow as asked, loses no column, and names the rows in every part") {
