@@ -35,7 +35,7 @@ assert version in changes, f"CHANGELOG.md does not name version {version}"
 for heading in re.findall(r"^### (.*)$", changes, re.M):
     assert heading in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"), heading
 page = (source / "docs/results-format.md").read_text()
-kept = re.search(r"^### What attacks broke.*?(?=^## )", page, re.M | re.S)[0]
+kept = re.search(r"^### Robustness: past faults.*?(?=^## )", page, re.M | re.S)[0]
 code = "\n".join(p.read_text() for p in source.glob("tests/*/test_*.*") if p.suffix in (".py", ".cpp"))
 cmake = (source / "tests/CMakeLists.txt").read_text()
 named = [name for row in kept.splitlines() if row.startswith("| ") for name in re.findall(r'`([\w.]+)`|"([^"]+)"', row.split("|")[2])]
