@@ -73,7 +73,7 @@ template <class T>
 template <class T>
 [[gnu::always_inline]] inline MsaValleyStart<T> msa_valley_start(const std::array<T, MsaValley::kSums>& s,
                                                                  const MsaValley& v) {
-  constexpr int kSteps = 2;  // a third overshoots in rare trials (non-convex: 2.5 % instead of .3 %) and gains little
+  constexpr int kSteps = 2;  // a third overshoots in rare trials (non-convex: 2.5 % instead of 0.3 %) and gains little
   const T zero(0.0), one(1.0), half(0.5), flat(0.05);  // of the expected matrix, which is 1
   MsaValleyStart<T> out;
   std::array<T, 2> w{zero, zero};

@@ -19,8 +19,8 @@
 
 namespace surveymc::events {
 
-/// `[sampling] method ("auto"), pilot (1000), shares ({ adapted = .75, shifted = .2, wide = .05 }), subset ({ samples =
-/// 1000, replicates = 10 }), max_components (12)`.
+/// `[sampling] method ("auto"), pilot (1000), shares ({ adapted = 0.75, shifted = 0.2, wide = 0.05 }), subset ({
+/// samples = 1000, replicates = 10 }), max_components (12)`.
 struct EventSampling {
   std::string method = "auto";
   rare::PreparingOptions preparing;
@@ -35,7 +35,7 @@ EventSampling read_event_sampling(config::ConfigReader& config, const std::vecto
 /// What the config of a run of events says of its trials.
 struct EventRun {
   EventSampling sampling;
-  compare::VerdictRule verdict;  ///< `verdict.margin` is .1 of the ratio unless the config says otherwise
+  compare::VerdictRule verdict;  ///< `verdict.margin` is 0.1 of the ratio unless the config says otherwise
   compare::TrialPlan plan;       ///< of `method = "subset"`: replicates
   std::uint64_t save_samples = 0;
   /// Trials in a block; `usual` unless they are replicates.

@@ -52,7 +52,7 @@ struct InjectionSchedule {
   std::vector<double> rates;
   auto operator<=>(const InjectionSchedule&) const = default;
 };
-/// 30 steps, 12 to train and 18 to test, between .40 and .90 kg/s. `out_of_range`: the last six are .92 to 1.10.
+/// 30 steps, 12 to train and 18 to test, between 0.40 and 0.90 kg/s. `out_of_range`: the last six are 0.92 to 1.10.
 InjectionSchedule gas_lift_schedule(bool out_of_range);
 
 /// How many samples simulate_gas_lift() gives.

@@ -128,7 +128,7 @@ class Nearest {
   std::size_t i_ = 0, j_ = 0;
 };
 
-/// An upper bound of sqrt(q2) without a root: tangent at q = .05, a dogleg of three degrees.
+/// An upper bound of sqrt(q2) without a root: tangent at q = 0.05, a dogleg of three degrees.
 double root_bound(double q2) { return 10 * q2 + 0.025; }
 
 void set_spheres(const DrawnPath& path, std::size_t first, LegSpheres& s) {

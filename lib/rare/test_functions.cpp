@@ -157,7 +157,7 @@ double exact_probability(const TestProblem& given) {
            integral([&](double w) { return density(w - 4) * upper(w); }, 5, 4 + kFar);
   }
   if (p.name == "rp110") {
-    // first: x1 >= 4, or .85 <= .1 x1 with x1 <= 3.5, which is never; second: .5 <= .1 x2 with x2 > 2, or 2.3 <= x2
+    // first: x1 >= 4, or 0.85 <= 0.1 x1 with x1 <= 3.5, which is never; second: 0.5 <= 0.1 x2 with x2 > 2, or 2.3 <= x2
     // <= 2.
     return any_of_independent({upper(4), upper(5)});
   }

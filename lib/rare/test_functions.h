@@ -9,7 +9,7 @@
 /// | disc        | |mean + sd x| - radius                                | mean, sd, radius       |
 /// | rp77        | u - v - w for w <= 5, else w - v; u = 10 + x1/2, v = x2, w = 4 + x3              |
 /// | rp107       | 5 sqrt 10 - sum of ten x                                                         |
-/// | rp110       | min(x1 <= 3.5 ? .85 - .1 x1 : 4 - x1, x2 <= 2 ? 2.3 - x2 : .5 - .1 x2)           |
+/// | rp110       | min(x1 <= 3.5 ? 0.85 - 0.1 x1 : 4 - x1, x2 <= 2 ? 2.3 - x2 : 0.5 - 0.1 x2)           |
 /// | rp111       | 12.5 - |x1 x2|                                                                   |
 /// | rp25        | max(x1^2 - 8 x2 + 16, -16 x1 + x2 + 32)                                          |
 /// | four_branch | min(3 + d^2/10 -+ s / sqrt 2, 7/sqrt 2 -+ d), s = x1 + x2, d = x1 - x2           |

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kInner = kPitBins - 1;
 
-/// Edges of the slots as u: i / 100, .025, .975.
+/// Edges of the slots as u: i / 100, 0.025, 0.975.
 std::array<double, kPitBins + 1> edges_as_u() {
   std::array<double, kPitBins + 1> u{};
   std::size_t at = 0;

@@ -14,11 +14,12 @@
 namespace surveymc::stats {
 
 inline constexpr int kPitBins = 100;
-/// Counts of one quantity: bins of u, of which the third and the 98th are cut at .025 and .975 for the central 95 %,
+/// Counts of one quantity: bins of u, of which the third and the 98th are cut at 0.025 and 0.975 for the central 95 %,
 /// and at the end the trials whose claim is not a positive finite sd.
 inline constexpr std::size_t kPitSlots = kPitBins + 3, kPitUnjudged = kPitBins + 2;
 
-/// Finds the slot of an error. Edges are quantiles of the claimed law at i / 100, .025 and .975; u = 1 is in the last.
+/// Finds the slot of an error. Edges are quantiles of the claimed law at i / 100, 0.025 and 0.975; u = 1 is in the
+/// last.
 class PitCells {
  public:
   /// Normal errors with mean 0; sd in the unit of the errors. A sd that is not positive and finite leaves all unjudged.

@@ -21,8 +21,8 @@
 /// the residual of a pair is of fourth order, and its variance of order eight instead of six.
 /// The price: fourth-order terms have heavy tails. What the regression on l^2 leaves of l^4 is the fourth Hermite
 /// polynomial He4(l), of skewness 14.7. Few pairs lack its largest values, and their standard error is too small with
-/// them: a normal interval at 95 % holds .77 of the truth with 100 pairs, .91 with 1000, .94 with 5000. So covariances
-/// and standard deviations from P pairs have in the place of the normal quantile z that of He4,
+/// them: a normal interval at 95 % holds 0.77 of the truth with 100 pairs, 0.91 with 1000, 0.94 with 5000. So
+/// covariances and standard deviations from P pairs have in the place of the normal quantile z that of He4,
 ///   z (1 + 0.235 (z / 1.96)^1.7 (1000 / P)^0.82),
 /// a fit to simulations (50 <= P <= 5000, 1 <= z <= 3.1) that is right to 8 % of the quantile. Residuals of lighter
 /// tails get intervals that hold more than they claim.

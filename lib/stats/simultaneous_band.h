@@ -7,7 +7,7 @@
 /// the band holds the counts whose every p_i is at least gamma. The probability of that is exact: increments of
 /// counts are Poisson(n / K), given that they sum to n, so that
 ///   f_{i+1}(y) = sum_x f_i(x) Poisson(y - x; n / K), each kept within its limits, and f_K(n) / Poisson(n; n).
-/// Above kMostExact values the counts are taken as a Brownian bridge, whose quantile is .04 (1000 / n)^(1/4) too wide.
+/// Above kMostExact values the counts are taken as a Brownian bridge, whose quantile is 0.04 (1000 / n)^(1/4) too wide.
 #include <cstdint>
 
 namespace surveymc::stats {

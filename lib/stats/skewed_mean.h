@@ -12,7 +12,7 @@ namespace surveymc::stats {
 /// Student's; the resamples are always the same. Fewer than 5 values, of which many resamples are all alike, and more
 /// than 400 have Student's.
 ///   Where the long tail is one value in ten, no interval of a dozen values is right: that of the tests' lognormal
-/// values holds .91 of the truth at 95 %, where Student's holds .85.
+/// values holds 0.91 of the truth at 95 %, where Student's holds 0.85.
 Interval skewed_mean_interval(const std::vector<double>& values, double confidence);
 
 }  // namespace surveymc::stats

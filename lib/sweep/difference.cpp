@@ -87,7 +87,7 @@ std::vector<std::string> row_names(const store::Table& t) {
   return names;
 }
 
-/// The confidence that the title of a table says; .95 without.
+/// The confidence that the title of a table says; 0.95 without.
 double confidence_of(const store::Table& t) {
   const std::string words = "intervals at ";
   const auto at = t.long_name.find(words);
@@ -418,7 +418,7 @@ store::Table difference_table(const Differences& d, bool all) {
              r.difference);
     t.number("standard_error", "1", "of the difference", r.standard_error);
     t.number("p_value", "1", "two-sided, of this row alone", r.p);
-    t.number("detectable", "1", "difference that would be found beside all rows with probability .9", r.detectable);
+    t.number("detectable", "1", "difference that would be found beside all rows with probability 0.9", r.detectable);
     t.word("note", "what else there is to say", r.note);
   });
   return t.take();

@@ -25,7 +25,7 @@ struct DifferenceRow {
   double difference = kNaN;
   double standard_error = kNaN;  ///< of `difference`; NaN of predictions
   double p = kNaN;               ///< two-sided, of one row; NaN where chance has no part
-  /// Smallest |difference| that is found beside all other rows with probability .9.
+  /// Smallest |difference| that is found beside all other rows with probability 0.9.
   double detectable = kNaN;
   /// "equal": the same bits. "chance": no difference beyond chance. "differs": beyond chance. "changed": the same
   /// draws, or no draws, and another value. "few": too few trials or events. "only in A", "only in B". "other unit",

@@ -164,7 +164,7 @@ TEST_CASE("Events of gross errors are those of the tests, trial by trial", "[eve
 }
 
 TEST_CASE("The union of false alarms has the rate of linear theory", "[events]") {
-  // At .001 per tail linear_rates is good enough to be held against, to 2e-4 of 1; at 1e-9 the bounds are near.
+  // At 0.001 per tail linear_rates is good enough to be held against, to 2e-4 of 1; at 1e-9 the bounds are near.
   const reliability::AdjustmentModel model{.field = {9.82, 51000, 75 * kDegree}};
   const reliability::GrossErrorTrials trials(model, {{30 * kDegree, 60 * kDegree, 45 * kDegree}}, {},
                                              random::Stream(5, 20));

@@ -202,7 +202,7 @@ TEST_CASE("Lateral after MSA is that of the position study's exact linear covari
 }
 
 TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever is estimated", "[long]") {
-  // All sizes a tenth: second-order effects are then a per cent of a sd at most, and a standard error is .8 %.
+  // All sizes a tenth: second-order effects are then a per cent of a sd at most, and a standard error is 0.8 %.
   constexpr double scale = .1;
   constexpr int trials = 8192;
   const sensor::NoiseModel noise = noise_of(scale);

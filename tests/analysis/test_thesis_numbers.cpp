@@ -121,7 +121,7 @@ TEST_CASE("The ladder from WLS to MSA: 3-sigma of bias_z in test 2, in uT, as th
 }
 
 TEST_CASE("Joint estimation of the reference: 3-sigma of the final position, as the thesis spec has it") {
-  // The spec prints 105 for test 1; it is 105.70, which 200,000 trials confirm (105.88 +- .33).
+  // The spec prints 105 for test 1; it is 105.70, which 200,000 trials confirm (105.88 +- 0.33).
   struct Expected {
     int number, direction;
     double msa, joint, digit_msa, digit_joint;

@@ -8,7 +8,7 @@
 namespace surveymc::bench {
 namespace {
 
-/// Readings of four gauges that one rate drives, with noise of .3 of their spread: as the gas-lift well's, in z.
+/// Readings of four gauges that one rate drives, with noise of 0.3 of their spread: as the gas-lift well's, in z.
 monitoring::Samples gauges(Eigen::Index count, std::mt19937_64& g) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> rate(-1.7, 1.7);

@@ -59,7 +59,7 @@ Difference difference(const Model& m, const Solution& a, const Solution& b) {
 }  // namespace
 
 TEST_CASE("The expected offsets of slide 7 are reproduced", "[chained]") {
-  // Printed to two digits: .6 mg, .11 mg, 150, 220 and 95 nT; 18 stations.
+  // Printed to two digits: 0.6 mg, 0.11 mg, 150, 220 and 95 nT; 18 stations.
   const ChainSizes s = slide7_sizes();
   CHECK_THAT(expected_offset(s.accelerometer_xy, 18) / kMg, WithinAbs(0.6, 0.01));
   CHECK_THAT(expected_offset(s.gravity, 18) / kMg, WithinAbs(0.11, 0.005));

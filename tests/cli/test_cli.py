@@ -1205,7 +1205,7 @@ class ThesisTables(Case):
         self.assertEqual(len(exact), 6 + 6 + 6 + 6 + 6)  # estimates of tests 2 and 3, 3-sigma of tests 2, 3 and 4
         for r in exact:
             self.assert_printed(r, 1e-4 if "gain" in r["quantity"] else 0.1)
-        for r in rows:  # test 1 is one draw of weights for the mean of many: within .15 of their sd
+        for r in rows:  # test 1 is one draw of weights for the mean of many: within 0.15 of their sd
             if r["published"] and r["case"] == "test 1" and r["quantity"].startswith("mean_"):
                 sd = next(float(s["monte_carlo"]) / 3 for s in rows if s["case"] == "test 1"
                           and s["quantity"] == r["quantity"].replace("mean_", "sigma3_"))
@@ -1787,7 +1787,7 @@ class GrossErrors(Case):
         for name in ("detection", "weak_geometry", "linear_size"):
             self.call("run", SOURCE / f"configs/gross_error/{name}.toml", "-o", f"{name}.h5", "--check")
         rates = self.rates("linear_size.h5")
-        self.assertGreater(rates["linear", "detection_bx"], 0.999)  # not the designed .8
+        self.assertGreater(rates["linear", "detection_bx"], 0.999)  # not the designed 0.8
 
     def test_rates_add_up_and_threads_do_not_matter(self):
         self.errors()

@@ -269,7 +269,7 @@ class Wells(Case):
                            column(path, "tables/sampling", "size_slope")[0], column(path, "tables/sampling", "diluted")[0])
         for a, b, diluted in ((1, 1.1, 0), (20, 22, 1)):
             between = np.log(found[b][0] / found[a][0]) / np.log(b / a)
-            # Two estimates of 2 % (95 %): .3 of the slope between them. The slope is that of the directions of the mixture. The
+            # Two estimates of 2 % (95 %): 0.3 of the slope between them. The slope is that of the directions of the mixture. The
             # 15 % for what all the others add were chosen when an error of 11 % had been seen: they say that it is no more
             # here, not that it is small.
             self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
@@ -334,7 +334,7 @@ inclination = "1"
                      says=r"slot_sd_m.*error moves both")
 
     def test_predictions_of_a_sidetrack_are_of_the_depths_that_count(self):
-        # Half a metre apart at 330 m, where the holes (radii .76 m) still touch; 2.1 m at 360 m, from where they count.
+        # Half a metre apart at 330 m, where the holes (radii 0.76 m) still touch; 2.1 m at 360 m, from where they count.
         self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +
                    "".join(f"{30 * k},{max(0, 2 * (k - 10))},90\n" for k in range(20)))
         entry = '[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 300.0\n'

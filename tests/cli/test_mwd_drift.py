@@ -54,7 +54,7 @@ class MwdDrift(Case):
             t = f["tables/comparison"]
             row = {(a, b): i for i, (a, b) in enumerate(zip(t["formulation"].asstr()[()], t["quantity"].asstr()[()]))}
             value = lambda c, *key: t[c][row[key]]  # noqa: E731
-            # Standard errors of 400 wells: NIS sqrt(6 / 80 / 400) = .014; NEES from its own interval; 4 of them.
+            # Standard errors of 400 wells: NIS sqrt(6 / 80 / 400) = 0.014; NEES from its own interval; 4 of them.
             self.assertEqual(value("analytic", "bias_filter", "nis_mean"), 3)
             self.assertLess(abs(value("monte_carlo", "bias_filter", "nis_mean") - 3), 4 * 0.014)
             self.assertLess(abs(value("monte_carlo", "bias_filter", "nis_within_95") - 0.95),
@@ -86,7 +86,7 @@ class MwdDrift(Case):
                 i = list(zip(t["formulation"].asstr()[()], t["quantity"].asstr()[()])).index(
                     ("channel_sprt", "p_alarm_without_drift"))
                 return t["analytic"][i], t["verdict"].asstr()[i], t["note"].asstr()[i]
-        # Sides of a channel are nearly exclusive: taken as independent they would have .669 of .687.
+        # Sides of a channel are nearly exclusive: taken as independent they would have 0.669 of 0.687.
         analytic, verdict, note = row("sprt.shift_sd=0.2", "sprt.false_alarm=0.2")
         self.assertTrue(np.isnan(analytic))
         self.assertEqual(verdict, "")

@@ -148,7 +148,7 @@ class VerticalWell(Case):
     def test_spread_of_sequences(self):
         rows = {r["quantity"]: r for r in self.rows(self.run_config("vertical.toml", "--trials", 50000),
                                                      "toolface_sequences")}
-        # 5 and 95 % of 50,000 nearly Rayleigh values: standard errors 1 % and .4 %
+        # 5 and 95 % of 50,000 nearly Rayleigh values: standard errors 1 % and 0.4 %
         self.assertAlmostEqual(rows["ratio_q05"]["monte_carlo"], 0.23, delta=0.01)
         self.assertAlmostEqual(rows["ratio_q95"]["monte_carlo"], 1.71, delta=0.03)
 
@@ -205,9 +205,9 @@ class SensorMonteCarlo(Case):
         checked = 0
         for r in self.rows(path, "axes"):
             if r["formulation"] == "toolface_dependent" and r["quantity"].startswith("sd_axis"):
-                # First order is right along all axes (to .1 %, 2e6 trials) but one, 0.1 mm long, where second order adds.
+                # First order is right along all axes (to 0.1 %, 2e6 trials) but one, 0.1 mm long, where second order adds.
                 second_order = (r["drilling.mode"], r["md_m"], r["quantity"]) == ("sliding", 60.0, "sd_axis_3")
-                # 20,000 trials, kurtosis up to 6: a standard error of .8 %, four of them
+                # 20,000 trials, kurtosis up to 6: a standard error of 0.8 %, four of them
                 self.assertAlmostEqual(r["ratio"], 0.962 if second_order else 1, delta=0.032, msg=str(r))
                 checked += 1
         self.assertEqual(checked, 4 * 2 * 3)

@@ -169,7 +169,7 @@ class Signals(Case):
         for number, after in [(signal.SIGINT, 0.5), (signal.SIGTERM, 2)]:
             seconds, said = self.stopped(["run", "base.toml", "-o", f"x{number}.h5", "--set",
                                           "sweep.noise.scale={from = 1.0, to = 1000000.0, step = 1.0}"], after, number)
-            self.assertLess(seconds, 20)  # measured: .2 s; a loaded machine gets its time
+            self.assertLess(seconds, 20)  # measured: 0.2 s; a loaded machine gets its time
             self.assertFalse((self.folder / f"x{number}.h5").exists())
 
     def test_while_a_point_is_prepared(self):

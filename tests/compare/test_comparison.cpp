@@ -47,7 +47,7 @@ TEST_CASE("A predicted sd is judged by its ratio to the Monte-Carlo one") {
 }
 
 TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
-  // Squares with mean 9 and sd 3 over 10,000 trials: RMS 3, its interval half of .0196 / 3 wide on either side,
+  // Squares with mean 9 and sd 3 over 10,000 trials: RMS 3, its interval half of 0.0196 / 3 wide on either side,
   // relatively
   const Estimate found = rms_estimate(9, 9, 10000, 0.95);
   CHECK(found.value == 3);
@@ -177,7 +177,7 @@ TEST_CASE("Rates are judged by their exact interval") {
   CHECK(compare_rate("rate", 0, 0, 0.8, rule, 40000).note == "no converged trial");
   // What cannot happen: few trials do not show that it does not, many do, and one event shows that it does
   for (const std::uint64_t few : {1, 2, 100}) CHECK(compare_rate("rate", 0, few, 0, rule, few).verdict == "undecided");
-  const ComparisonRow never = compare_rate("rate", 0, 400, 0, rule, 400);  // up to .0092, the margin is .02
+  const ComparisonRow never = compare_rate("rate", 0, 400, 0, rule, 400);  // up to 0.0092, the margin is 0.02
   CHECK(never.verdict == "agrees");
   CHECK(never.evidence.p_agrees == Approx(2 * std::pow(0.98, 400)).epsilon(1e-9));
   CHECK(compare_rate("rate", 1, 400, 0, rule, 400).verdict == "differs");
@@ -186,8 +186,8 @@ TEST_CASE("Rates are judged by their exact interval") {
 
 TEST_CASE("An event that was never seen is held against the same edge of the margin as any other") {
   const VerdictRule rule{0.5, 0.95};
-  // The rate is .003682 at most (97.5 %): a prediction beyond 1.5 times that differs, P(none of 1000 at .00631/1.5) is
-  // .0148.
+  // The rate is 0.003682 at most (97.5 %): a prediction beyond 1.5 times that differs, P(none of 1000 at 0.00631/1.5)
+  // is 0.0148.
   const ComparisonRow row = compare_rate("rate", 0, 1000, 0.00631, rule, 1000);
   CHECK(row.verdict == "differs");
   CHECK(row.evidence.p_differs == Approx(2 * std::pow(1 - 0.00631 / 1.5, 1000)).epsilon(1e-9));
@@ -196,7 +196,7 @@ TEST_CASE("An event that was never seen is held against the same edge of the mar
 
 TEST_CASE("Rates at all looks have the p-values of their sequence") {
   const VerdictRule rule{.at_all_looks = true};
-  // Never seen: the mixture at .0043/1.02 and 0 of 4096. One fixed look would say 6e-8.
+  // Never seen: the mixture at 0.0043/1.02 and 0 of 4096. One fixed look would say 6e-8.
   const ComparisonRow none = compare_rate("rate", 0, 4096, 0.0043, rule, 4096);
   CHECK(none.verdict == "differs");
   CHECK(none.evidence.p_differs == stats::rate_sequence_p(0, 4096, 0.0043 / 1.02));
@@ -224,7 +224,7 @@ TEST_CASE("A quantile is judged by order statistics") {
   };
   const VerdictRule rule;
   const double q95 = std::sqrt(-std::log(0.05));
-  // Twenty values of which all lie below 1.2 are no proof of a 95 % quantile below 1.73: P(20 of 20 below) is .36.
+  // Twenty values of which all lie below 1.2 are no proof of a 95 % quantile below 1.73: P(20 of 20 below) is 0.36.
   std::vector<std::uint64_t> few(bins.bins, 0);
   few[bins.bin(1.19)] = 20;
   const ComparisonRow open = compare_quantile("q", "1", bins, few.data(), 0.95, q95, rule, 20);

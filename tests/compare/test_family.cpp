@@ -35,7 +35,7 @@ Words family_of(const store::Table& t) { return std::get<Words>(t.column("family
 
 TEST_CASE("The p-values of a row stand on the side of its verdict") {
   constexpr double kQuantile = 1.959964;
-  // 3 standard errors beyond the upper edge of the margin: P(|N| > 3) = .0026998.
+  // 3 standard errors beyond the upper edge of the margin: P(|N| > 3) = 0.0026998.
   const double se = 0.01, half = kQuantile * se;
   const ComparisonRow beyond = row_of(1.02 * std::exp(3 * se), half);
   CHECK(beyond.verdict == "differs");
@@ -50,14 +50,14 @@ TEST_CASE("The p-values of a row stand on the side of its verdict") {
   CHECK(narrow.verdict == "agrees");
   CHECK(narrow.evidence.p_differs == 1);
   CHECK(narrow.evidence.p_agrees < 1e-50);
-  // The nearer edge decides: two standard errors away, P(|N| > 2) = .0455003.
+  // The nearer edge decides: two standard errors away, P(|N| > 2) = 0.0455003.
   CHECK(row_of(1.02 * std::exp(-2 * se), half).evidence.p_agrees == Approx(0.0455003).epsilon(1e-5));
   CHECK(row_of(1.02 * std::exp(-0.002), 0.001 * kQuantile).evidence.p_agrees == Approx(0.0455).epsilon(1e-3));
 }
 
 TEST_CASE("The evidence of a rate is exact, and agrees with its interval") {
   const VerdictRule rule{0.02, 0.95};
-  // 40 of 1000 against .02: P(X >= 40), X binomial(1000, .02 / .98), twice.
+  // 40 of 1000 against 0.02: P(X >= 40), X binomial(1000, 0.02 / 0.98), twice.
   const ComparisonRow row = compare_rate("p", 40, 1000, 0.02, rule, 1000);
   CHECK(row.verdict == "differs");
   CHECK(row.evidence.p_differs == Approx(1.2e-4).epsilon(0.2));
@@ -123,7 +123,7 @@ TEST_CASE("A family of a file marks what may be chance, and leaves out rows that
 }
 
 TEST_CASE("A row without p_agrees says nothing of the share of wrong agreements") {
-  // Three agree at p = .01, and so does a fourth, by a test without a margin.
+  // Three agree at p = 0.01, and so does a fourth, by a test without a margin.
   std::vector<ComparisonRow> rows(4, row_of(1.001, 0.002));
   for (ComparisonRow& row : rows) row.evidence = {1, 0.01};
   rows.back().evidence.p_agrees = kNaN;
@@ -149,7 +149,7 @@ TEST_CASE("Wishart tests join the family with their own p, unless they are expec
   std::vector<store::Table> tables{comparison_table("a", "", {row_of(1.0, 0.005)}, 40'000, 0), tests};
   apply_family(tables);
   CHECK(std::get<Words>(tables[1].column("wishart_family").values) ==
-        Words{"", "", kDiffersInFamily, kMayBeChance, ""});  // .03 is above .05 / 3
+        Words{"", "", kDiffersInFamily, kMayBeChance, ""});  // 0.03 is above 0.05 / 3
   CHECK(tables.back().number("verdicts", 0) == 1);
   CHECK(tables.back().number("tests", 0) == 3);
   CHECK(tables.back().number("tests_holm", 0) == 1);
@@ -164,7 +164,7 @@ TEST_CASE("A claim has p-values on the side of its verdict") {
                     : stats::Interval{value - kQuantile * 0.1, value + kQuantile * 0.1};
     return claim_evidence(value, i, bound, below, 0.95, logarithmic);
   };
-  // Three standard errors above the bound: P(|N| > 3) = .0026998 against "below", and for "above".
+  // Three standard errors above the bound: P(|N| > 3) = 0.0026998 against "below", and for "above".
   for (const bool below : {true, false}) {
     const Evidence e = of(1.3, 1, below, false);
     CHECK((below ? e.p_differs : e.p_agrees) == Approx(0.0026998).epsilon(1e-4));
@@ -175,7 +175,7 @@ TEST_CASE("A claim has p-values on the side of its verdict") {
 }
 
 TEST_CASE("The mean of few realisations has the interval and the p-values of Student's t") {
-  const std::vector<double> x{0.2, 0.5, 0.8};  // mean .5, standard error .3 / sqrt(3)
+  const std::vector<double> x{0.2, 0.5, 0.8};  // mean 0.5, standard error 0.3 / sqrt(3)
   const ComparisonRow row = mean_row("", "x", "1", x, 0.95);
   constexpr double kT = 4.302652729911275;  // 97.5 % of t with two degrees of freedom
   const double se = 0.3 / std::sqrt(3.0);
@@ -219,7 +219,7 @@ TEST_CASE("A family takes in rows that wait on the disk") {
 
 TEST_CASE("A check forgives a row that differs by chance, but neither a missing difference nor an open question") {
   std::vector<ComparisonRow> rows(20, row_of(1.001, 0.002, "agrees"));
-  rows.push_back(row_of(1.055, 0.03, "agrees"));  // p .02: does not survive among 22
+  rows.push_back(row_of(1.055, 0.03, "agrees"));  // p 0.02: does not survive among 22
   rows.push_back(row_of(1.0, 0.05, "agrees"));
   rows.push_back(row_of(1.0, 0.002, "differs"));
   std::vector<store::Table> tables{comparison_table("a", "", rows, 40'000, 0)};

@@ -98,7 +98,7 @@ TEST_CASE("Of a whole product a sensitivity table has the shares of its points")
   config::SensitivityRule linear = rule();
   linear.of_logarithm = false;
   const store::Table t = sensitivity_table(linear, tables, 24);
-  // Variances: of i 35/12; of .5 k + .125 k that is its mean over tools 5/8 halved squared; the tool .125 at k = 1
+  // Variances: of i 35/12; of 0.5 k + 0.125 k that is its mean over tools 5/8 halved squared; the tool 0.125 at k = 1
   const double of_a = 35.0 / 12, of_b = 0.3125 * 0.3125, of_tool = 0.0625 * 0.0625, of_pair = of_tool,
                all = of_a + of_b + of_tool + of_pair;
   const auto is_share = [&](const Found& f, double variance) {

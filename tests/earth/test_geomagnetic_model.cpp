@@ -18,7 +18,7 @@ namespace {
 /// (https://www.ncei.noaa.gov/products/world-magnetic-model): public domain. About a quarter of the table.
 struct PublishedRow {
   double year, height_km, latitude, longitude;                           // above the ellipsoid; degrees
-  double declination, dip;                                               // degrees, to .01
+  double declination, dip;                                               // degrees, to 0.01
   double horizontal, north, east, down, total;                           // nT
   double declination_rate, dip_rate;                                     // degrees a year
   double horizontal_rate, north_rate, east_rate, down_rate, total_rate;  // nT a year

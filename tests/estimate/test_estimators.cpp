@@ -141,7 +141,7 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
 }
 
 TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the covariance that it claims", "[long]") {
-  // All sizes a tenth of the thesis': second-order shifts are .1 sd at full size, more than four standard errors.
+  // All sizes a tenth of the thesis': second-order shifts are 0.1 sd at full size, more than four standard errors.
   constexpr double scale = 0.1;
   constexpr int trials = 4096;
   const sensor::ToolSpread spread{.0016 * scale, 70 * scale};
@@ -258,7 +258,7 @@ TEST_CASE("A joint estimate without uncertainty of the reference is MSA") {
 }
 
 TEST_CASE("The deterministic case of the thesis spec") {
-  // n[k][i] = .07 sqrt2 sin(1 + 1.7 (3k + i)) uT; reference B 51.107 uT, dip 72.16 deg. Expected values were computed
+  // n[k][i] = 0.07 sqrt2 sin(1 + 1.7 (3k + i)) uT; reference B 51.107 uT, dip 72.16 deg. Expected values were computed
   // by an independent program (numpy, normal equations by lstsq).
   struct Expected {
     int number;
@@ -387,7 +387,7 @@ TEST_CASE("A trial that cannot converge is flagged, and so is nonsense") {
 TEST_CASE(
     "With priors the derivative at the fitted field takes the shift of the gains away that the measured one has") {
   // Five times the usual errors, 30 stations of a building well, tools drawn from the priors: spec of the shift,
-  // .21 sd of each gain with the measured field.
+  // 0.21 sd of each gain with the measured field.
   constexpr int trials = 8192;
   constexpr double sd = 350;
   survey::Survey survey;

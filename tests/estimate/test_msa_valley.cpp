@@ -155,7 +155,7 @@ TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go
     }
     CAPTURE(number);
     CHECK(at_once > 0.8 * went_on);
-    CHECK(went_on < 0.03 * trials.block.trials);  // 1.7 and .1 %
+    CHECK(went_on < 0.03 * trials.block.trials);  // 1.7 and 0.1 %
     CHECK(evaluations < 4.6);                     // the sums and some three gradients
   }
 }

@@ -79,7 +79,7 @@ TEST_CASE("AAKR equals its equations for any number of sensors and vectors", "[m
           const Eigen::RowVectorXd query = queries.row(q);
           const auto expected = oracle(memory, query, h);
           const auto x = predict_one(model, query);
-          // Exponents up to u^2 / 2h^2 = 20 / .005 carry 1e-16 of themselves: 4e-13 of a weight, times values up to 4.
+          // Exponents up to u^2 / 2h^2 = 20 / 0.005 carry 1e-16 of themselves: 4e-13 of a weight, times values up to 4.
           for (Eigen::Index j = 0; j < p; ++j)
             REQUIRE_THAT(x[j], WithinAbs(expected[static_cast<std::size_t>(j)], 2e-12));
         }

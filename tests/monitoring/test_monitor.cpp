@@ -48,7 +48,7 @@ TEST_CASE("The gate skips a row that one sensor spoils, and only widens the vari
   CHECK(gated.drift() == before);
   CHECK_THAT(gated.variance(), WithinAbs(variance + 6e-4, 1e-15));
   CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, kNaN)));
-  CHECK(gated.update(Eigen::RowVector2d(.1, -.1 - 5 * std::sqrt(.3) + .02)));  // inside: d is about -.1
+  CHECK(gated.update(Eigen::RowVector2d(.1, -.1 - 5 * std::sqrt(.3) + .02)));  // inside: d is about -0.1
 }
 
 TEST_CASE("SPRT bounds, restart and two sides", "[monitoring]") {
@@ -73,7 +73,7 @@ TEST_CASE("SPRT bounds, restart and two sides", "[monitoring]") {
 }
 
 TEST_CASE("Under its own hypotheses the SPRT errs no more often than alpha and beta say", "[monitoring]") {
-  // Wald: P(accept H1 | H0) <= alpha / (1 - beta), P(accept H0 | H1) <= beta / (1 - alpha). A shift of .5 sd keeps the
+  // Wald: P(accept H1 | H0) <= alpha / (1 - beta), P(accept H0 | H1) <= beta / (1 - alpha). A shift of 0.5 sd keeps the
   // overshoot small, so that the rates are also not far below.
   const SprtOptions options{.shift = 0.5, .variance = 1};
   std::mt19937_64 g(20);

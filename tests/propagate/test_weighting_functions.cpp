@@ -155,7 +155,7 @@ TEST_CASE("Nothing is singular in a vertical hole, and weights are continuous th
       const Vector3d limit = turn(weights(f, geometry(vertical, field)), vertical);
       CAPTURE(name, azimuth);
       REQUIRE(limit.allFinite());
-      if (name == "SAGE") continue;  // its fourth root of sinI is steep: .0056 at 1e-9 rad
+      if (name == "SAGE") continue;  // its fourth root of sinI is steep: 0.0056 at 1e-9 rad
       for (const double inclination : {1e-12, 1e-9, 1e-6}) {
         const Attitude at{inclination, azimuth * kDegree, 0};
         // Slopes are at most 1 + tanD per unit; a gyro's are over the earth's rate, 1 / (7.3e-5 rad/s cos 57 deg).

@@ -87,7 +87,7 @@ def check_set(folder):
         o = {k: v[(c["offset"] == str(i)) & (c["formulation"] == "independent")] for k, v in c.items()}
         held(f"set, offset {i}, distance", o["distance_m"], p["distance_m"], .0055)
         held(f"set, offset {i}, offset md", o["offset_md_m"], p["offset_md_m"], .0055)
-        # Bearings are printed to .001 deg, of positions that are rounded to .01 m.
+        # Bearings are printed to 0.001 deg, of positions that are rounded to 0.01 m.
         level = np.hypot(p["offset_north_m"] - p["ref_north_m"], p["offset_east_m"] - p["ref_east_m"])
         held(f"set, offset {i}, bearing", turn(o["horizontal_bearing_deg"], p["horizontal_bearing_deg"]), 0,
              .0005 + np.degrees(.015 / np.maximum(level, .1)), level > .1)

@@ -129,7 +129,7 @@ TEST_CASE("The disc has the probability of a conjunction of two satellites", "[c
 }
 
 TEST_CASE("Predictions of one pair of points have the values of a quadrature", "[contact]") {
-  // Two vertical wells, slots of sd (5, 8, 0) and (6, 9, 0) m, 25 m apart to the north, radii .762 m.
+  // Two vertical wells, slots of sd (5, 8, 0) and (6, 9, 0) m, 25 m apart to the north, radii 0.762 m.
   Matrix3d c = Matrix3d::Zero();
   c.diagonal() << 61, 145, 1e-4;
   const Vector3d r(25, 0, 0);
@@ -139,7 +139,7 @@ TEST_CASE("Predictions of one pair of points have the values of a quadrature", "
   const Matrix3d ball = 400 * Matrix3d::Identity();
   const double density = std::exp(-625 / 800.0) / std::pow(2 * kPi * 400, 1.5);
   CHECK_THAT(touch_point(r, ball, 0.762), WithinRel(4.0 / 3 * kPi * std::pow(0.762, 3) * density, 1e-3));
-  // Isotropic disc, D 20 m, radii .76 m: the most at sd = D / sqrt 2.
+  // Isotropic disc, D 20 m, radii 0.76 m: the most at sd = D / sqrt 2.
   for (const auto& [sd, p] : {std::pair(5.0, 4.03e-6), {10, 3.91e-4}, {14.142, 5.31e-4}, {20, 4.38e-4}, {40, 1.59e-4}})
     CHECK_THAT(touch_disc({20, 0, 0}, sd * sd * Matrix3d::Identity(), 0.76, Vector3d::UnitZ()), WithinRel(p, 2e-3));
 }
@@ -206,7 +206,7 @@ TEST_CASE("Ways to touch are found between stations, whatever the length of the 
 }
 
 TEST_CASE("An arc that crosses another well twice within one leg has two ways to touch", "[contact]") {
-  // 20 degrees in 600 m, 90 - .87 deg of inclination: it passes over the other well, and under it 250 m later.
+  // 20 degrees in 600 m, 90 - 0.87 deg of inclination: it passes over the other well, and under it 250 m later.
   const survey::Survey straight = test::survey_of({{0, 90, 0}, {600, 90, 0}}),
                        arc = test::survey_of({{0, 89.13, -10}, {600, 89.13, 10}});
   const Vector3d middle = well_path(arc, {0, 0, 0}).at(300).position;

@@ -42,7 +42,7 @@ double factor_by_search(const Vector3d& d, const Matrix3d& a, const Matrix3d& b)
 }  // namespace
 
 TEST_CASE("The separation factor of two vertical wells 100 m apart, as the clearance set prints it") {
-  // ISCWSA standard set for clearance scenarios r4, offset 1, md 0 and 1 m: radii .7619628162 m, pedal .0017 m each.
+  // ISCWSA standard set for clearance scenarios r4, offset 1, md 0 and 1 m: radii 0.7619628162 m, pedal 0.0017 m each.
   const SeparationRule rule;
   CHECK(separation_factor(rule, 100, 0.7619628162, 0) == Approx(56.53602125).epsilon(1e-10));
   CHECK(separation_factor(rule, 100, 0.7619628162, std::hypot(0.0017, 0.0017)) == Approx(56.5353677).epsilon(1e-8));

@@ -48,7 +48,7 @@ TEST_CASE("The functions have the probabilities of an independent quadrature", "
     product.level = level;
     CHECK_THAT(exact_probability(product), WithinRel(p, 1e-10));
   }
-  // The disc of two vertical wells with slots of sd (5, 8) and (6, 9) m, radii .762 m, 10 to 46 m apart along the
+  // The disc of two vertical wells with slots of sd (5, 8) and (6, 9) m, radii 0.762 m, 10 to 46 m apart along the
   // first.
   TestProblem disc = problem("disc");
   disc.sd = {std::sqrt(61), std::sqrt(145)};
@@ -61,7 +61,7 @@ TEST_CASE("The functions have the probabilities of an independent quadrature", "
 }
 
 TEST_CASE("Prepared proposals hold the six published functions, at every seed", "[rare][long]") {
-  // Twelve seeds each, 4000 trials: intervals at 99.9 % hold all 72 with probability .93; two may fail.
+  // Twelve seeds each, 4000 trials: intervals at 99.9 % hold all 72 with probability 0.93; two may fail.
   int failed = 0;
   for (const std::string& name : published()) {
     const TestProblem p = problem(name);

@@ -184,7 +184,7 @@ TEST_CASE("Where sse_axial loses the azimuth, the position is lost with it") {
 TEST_CASE("Errors that are just found, without linearisation: against the adjustment of the whole well") {
   // The near-vertical stations of a_well are where linear theory is worst. What is left is the curvature of the other
   // stations, whose adjusted readings move by tenths of their sd: parts in a thousand of the shift. The bound of the
-  // position with systematic terms was set after it was seen: .8 % with four stations.
+  // position with systematic terms was set after it was seen: 0.8 % with four stations.
   const survey::Survey well = a_well(4);
   for (const bool systematic : {false, true}) {
     AdjustmentModel m = model_of(AdjustmentMode::mse_shared, systematic);

@@ -203,7 +203,7 @@ TEST_CASE("An error of exactly the minimal detectable size is found in 80 % of t
     detected += std::abs(tests.w[kBx]) > kCritical;
     identified += tests.largest > kCritical && tests.suspects == SuspectGroup{kBx};
   }
-  // .802 and .464 by the specification, whose runs have the same error: four times sqrt(2) standard errors
+  // 0.802 and 0.464 by the specification, whose runs have the same error: four times sqrt(2) standard errors
   CHECK_THAT(detected / double(kTrials), WithinAbs(0.802, 4 * std::sqrt(2 * 0.8 * 0.2 / kTrials)));
   CHECK_THAT(identified / double(kTrials), WithinAbs(0.464, 4 * std::sqrt(2 * 0.464 * 0.536 / kTrials)));
 }

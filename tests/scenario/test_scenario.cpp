@@ -24,7 +24,7 @@ TEST_CASE("[survey.plan] is vertical, then built, then held to the bottom") {
   CHECK(s.stations[5].md == 250);
   CHECK(s.stations[4].md == 240);
   CHECK(s.stations[1].inclination == 0);
-  CHECK_THAT(s.stations[2].inclination, Catch::WithinRel(4 * kDegree, 1e-14));  // 20 m of .2 deg/m
+  CHECK_THAT(s.stations[2].inclination, Catch::WithinRel(4 * kDegree, 1e-14));  // 20 m of 0.2 deg/m
   CHECK_THAT(s.stations[3].inclination, Catch::WithinRel(16 * kDegree, 1e-14));
   CHECK_THAT(s.stations[5].inclination, Catch::WithinRel(20 * kDegree, 1e-14));
   CHECK_THAT(s.stations[0].azimuth, Catch::WithinRel(90 * kDegree, 1e-14));

@@ -30,7 +30,7 @@ constexpr std::array<StationMethod, kStationMethods> kAll{StationMethod::basic, 
                                                           StationMethod::extended, StationMethod::extended_bh,
                                                           StationMethod::optimising};
 
-/// Accelerometers .6 mg, their reference .1 mg; of the slides' expected offsets.
+/// Accelerometers 0.6 mg, their reference 0.1 mg; of the slides' expected offsets.
 StationSigmas sigmas() {
   StationSigmas s;
   s.accelerometer_xy = s.accelerometer_z = 0.006;

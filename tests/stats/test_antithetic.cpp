@@ -97,7 +97,7 @@ TEST_CASE("Estimates from antithetic pairs are unbiased and their 95 % intervals
     independent.add(std::sqrt(other.variance(0)) - kSd);
     independent_covariance.add(other.covariance()(0, 1) - kCovariance);
   }
-  // 4 standard errors of a share of .95. 8000 pairs, because what the control leaves is of fourth order and has heavy
+  // 4 standard errors of a share of 0.95. 8000 pairs, because what the control leaves is of fourth order and has heavy
   // tails: with 500 pairs the interval of the controlled sd holds 90 %.
   for (const int hits : {mean, sd, controlled_means, controlled_sds, plain_sds, covariances})
     CHECK(std::abs(hits / double(repetitions) - 0.95) < 0.0356);

@@ -98,6 +98,6 @@ TEST_CASE("Quantiles of beta at the ends") {
   CHECK(beta_quantile(0.01, 2, 1e-15).share == 0);  // 2e-1499
   CHECK(binomial_interval(0, 10, .95).lo == 0);
   CHECK(binomial_interval(10, 10, .95).hi == 1);
-  // (1 - p)^10 = .025
+  // (1 - p)^10 = 0.025
   CHECK(binomial_interval(0, 10, .95).hi == Approx(-std::expm1(std::log(.025) / 10)).epsilon(kLastDigits));
 }

@@ -135,7 +135,7 @@ TEST_CASE("What would decide a calibration is a number of trials, also where pai
 }
 
 TEST_CASE("A deviation is named by its shape and its size") {
-  constexpr std::size_t kTrials = 200'000;  // standard errors of D at most .0011
+  constexpr std::size_t kTrials = 200'000;  // standard errors of D at most 0.0011
   const CalibrationResult sd = judged(normal_errors(kTrials, 0, 1.05, 1), 0.01);
   CHECK(sd.shape == "sd");
   CHECK(sd.size == Approx(0.05).margin(4 / std::sqrt(2.0 * kTrials)).epsilon(0.05));
@@ -183,7 +183,7 @@ TEST_CASE("Pairs count as one: a band of n pairs is that of n trials") {
 }
 
 TEST_CASE("Confidence sequences have the published constants") {
-  // normal_mixture_bound(n, .05, 40960, .05, two-sided) / sqrt n of confseq, to the digits printed.
+  // normal_mixture_bound(n, 0.05, 40960, 0.05, two-sided) / sqrt n of confseq, to the digits printed.
   const std::vector<std::pair<std::uint64_t, double>> constants{{4096, 3.855},    {8192, 3.364},    {40'960, 3.035},
                                                                 {100'000, 3.077}, {409'600, 3.242}, {1'000'000, 3.365}};
   for (const auto& [n, c] : constants) CHECK(sequence_quantile(n, 0.95) == Approx(c).margin(0.0005).epsilon(1e-9));

@@ -56,7 +56,7 @@ TEST_CASE("Controlled estimates are unbiased, their 95 % intervals hold the trut
     plain_squared += (e.plain - kSd) * (e.plain - kSd);
     reduction += e.variance_reduction / repetitions;
   }
-  // 4 standard errors of a share of .95 (0.0225), and .5 % for n = 1000 not being infinite
+  // 4 standard errors of a share of 0.95 (0.0225), and 0.5 % for n = 1000 not being infinite
   for (const int hits : {mean, sd, covariance, plain_sd}) CHECK(std::abs(hits / double(repetitions) - 0.95) < 0.0275);
   // The claimed reduction is the one that repetitions show: ratio of two mean squares, 4 standard errors of each.
   CHECK(plain_squared / squared == Approx(reduction).epsilon(0.3));
@@ -133,7 +133,7 @@ TEST_CASE("Trials that fail are accounted for: of those that do not, means and s
     CHECK(std::abs(of_mean.plain - y.mean()) < 1e-13);  // two orders of one sum of 1000 terms below 10
     reduction += of_mean.variance_reduction / repetitions;
   }
-  // 4 standard errors of a share of .95 (0.0225), and .5 % for n = 1000 not being infinite
+  // 4 standard errors of a share of 0.95 (0.0225), and 0.5 % for n = 1000 not being infinite
   for (const int hits : {mean, sd}) CHECK(std::abs(hits / double(repetitions) - 0.95) < 0.0275);
   CHECK(reduction > 2);
   CHECK(ignored < repetitions / 10);  // the control's mean over all trials is not that of the trials that are left
@@ -167,14 +167,14 @@ TEST_CASE("Pairs with a failed trial are accounted for", "[long]") {
     mean += holds(controlled_mean(trials, 1, 0.95, &in_pairs, {&lost, &lost_pairs}).controlled_interval, truth.mean);
     sd += holds(controlled_sd(trials, 1, 0.95, &in_pairs, {&lost, &lost_pairs}).controlled_interval, truth.sd);
   }
-  // 4 standard errors of a share of .95 (0.036), and 2 % for heavy tails with few pairs (control_variate.h)
+  // 4 standard errors of a share of 0.95 (0.036), and 2 % for heavy tails with few pairs (control_variate.h)
   for (const int hits : {mean, sd}) CHECK(std::abs(hits / double(repetitions) - 0.95) < 0.056);
 }
 
 TEST_CASE("Intervals of controlled sds from few pairs hold the truth, although what the control leaves has heavy tails",
           "[long]") {
   constexpr int repetitions = 3000;
-  // y = l + c (l^2 - 1): a pair leaves c^2 He4(l). By normal quantiles: .82, .88, .92 at 95 %.
+  // y = l + c (l^2 - 1): a pair leaves c^2 He4(l). By normal quantiles: 0.82, 0.88, 0.92 at 95 %.
   const double sd = std::sqrt(1 + 2 * kCurve * kCurve);
   for (const int pairs : {200, 500, 1500}) {
     CAPTURE(pairs);
@@ -193,7 +193,8 @@ TEST_CASE("Intervals of controlled sds from few pairs hold the truth, although w
       held_99 += holds(controlled_sd(trials, 1, 0.99, &in_pairs).controlled_interval, sd);
       held_mean += holds(controlled_mean(trials, 1, 0.95, &in_pairs).controlled_interval, 0);
     }
-    // 4 standard errors of a share of .95 (.016) and of .99 (.0073), and what 8 % of the quantile are: .009 and .003
+    // 4 standard errors of a share of 0.95 (0.016) and of 0.99 (0.0073), and what 8 % of the quantile are: 0.009 and
+    // 0.003
     CHECK(std::abs(held / double(repetitions) - 0.95) < 0.025);
     CHECK(std::abs(held_99 / double(repetitions) - 0.99) < 0.0103);
     CHECK(held_mean > 0.9 * repetitions);

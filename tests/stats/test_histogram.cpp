@@ -35,10 +35,10 @@ TEST_CASE("The interval of a quantile is exact for few values, and open where no
   const auto of = [](std::size_t n, double probability) {  // the k-th value is k
     return histogram_quantile_interval({n, 1}, std::vector<std::uint64_t>(n, 1).data(), probability, 0.95);
   };
-  // Of 20 values the 6th and the 15th hold the median: P(B < 6) = .0207, P(B < 7) = .0577 for B binomial(20, 1/2).
+  // Of 20 values the 6th and the 15th hold the median: P(B < 6) = 0.0207, P(B < 7) = 0.0577 for B binomial(20, 1/2).
   CHECK(of(20, 0.5).lo == 6);
   CHECK(of(20, 0.5).hi == 15);
-  // 1 - .95^n >= .975 from n = 72 on.
+  // 1 - 0.95^n >= 0.975 from n = 72 on.
   CHECK(of(71, 0.95).hi == kInfinity);
   CHECK(of(72, 0.95).hi == 72);
   CHECK(of(71, 0.05).lo == 0);

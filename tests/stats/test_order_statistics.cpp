@@ -30,10 +30,10 @@ TEST_CASE("A median is the middle value, or the mean of the two middle ones", "[
 TEST_CASE("The interval of a median is that of the binomial table", "[stats]") {
   std::vector<double> x;
   for (int i = 1; i <= 10; ++i) x.push_back(i);
-  // n = 10: P(B <= 1) = 11 / 1024 = .0107 <= .025 < P(B <= 2) = .0547: the 2nd and the 9th value.
+  // n = 10: P(B <= 1) = 11 / 1024 = 0.0107 <= 0.025 < P(B <= 2) = 0.0547: the 2nd and the 9th value.
   CHECK(median_interval(x, 0.95).lo == 2);
   CHECK(median_interval(x, 0.95).hi == 9);
-  CHECK(std::isinf(median_interval({1, 2, 3, 4, 5}, 0.95).hi));  // 2 / 32 > .05: no interval of five values
+  CHECK(std::isinf(median_interval({1, 2, 3, 4, 5}, 0.95).hi));  // 2 / 32 > 0.05: no interval of five values
   x.clear();
   for (int i = 1; i <= 4000; ++i) x.push_back(i);  // 2^-4000 is no double
   // Normal approximation: 2000 -+ 1.96 sqrt(4000) / 2 = 2000 -+ 62.

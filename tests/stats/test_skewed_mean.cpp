@@ -37,7 +37,7 @@ TEST_CASE("The interval of a skew mean holds more of the truth than Student's, a
     double least, most, most_student;
   };
   const auto share = [](int hits) { return hits / double(repetitions); };
-  // Expected .96, .955 and .91; by Student .95, .91 and .85. 3 standard errors of .95 are .021, of .91 .027.
+  // Expected 0.96, 0.955 and 0.91; by Student 0.95, 0.91 and 0.85. 3 standard errors of 0.95 are 0.021, of 0.91 0.027.
   for (const Case& c :
        {Case{[](double z) { return z; }, 0, 12, 0.94, 0.98, 0.98},
         Case{[](double z) { return -std::log(0.5 * std::erfc(-z / std::sqrt(2))); }, 1, 12, 0.93, 0.98, 0.94},

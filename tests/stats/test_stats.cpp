@@ -163,7 +163,7 @@ TEST_CASE("The difference of two shares of the same trials has an interval where
 }
 
 TEST_CASE("Clopper-Pearson: tabulated bounds and the ends") {
-  const Interval a = binomial_interval(8, 20, 0.95);  // Clopper & Pearson 1934: .191, .639
+  const Interval a = binomial_interval(8, 20, 0.95);  // Clopper & Pearson 1934: 0.191, 0.639
   CHECK(a.lo == Approx(0.1912).margin(5e-5));
   CHECK(a.hi == Approx(0.6395).margin(5e-5));
   CHECK(binomial_interval(0, 20, 0.95).lo == 0);
@@ -199,7 +199,7 @@ TEST_CASE("The interval of a mean of squares misses the truth on either side ali
     }
     return std::pair{out.first / repetitions, out.second / repetitions};
   };
-  // By mean -+ 1.96 standard errors it lies below in .148, .096, .070 of the cases, above in .006, .013, .008.
+  // By mean -+ 1.96 standard errors it lies below in 0.148, 0.096, 0.070 of the cases, above in 0.006, 0.013, 0.008.
   for (const auto& [n, squares] : {std::pair{12, 1}, {12, 3}, {60, 1}}) {
     const auto [below, above] = missed(n, squares, 4000);
     CHECK(below < 0.05);
@@ -228,7 +228,7 @@ TEST_CASE("The interval of a mean holds the truth in 95 % of repetitions, of two
       const Interval ci = mean_interval(m.mean[0], m.variance(0), m.count, 0.95);
       held += ci.lo < 0 && 0 < ci.hi;
     }
-    // By the normal distribution: .70, .81, .88 and .940.
+    // By the normal distribution: 0.70, 0.81, 0.88 and 0.940.
     CHECK(std::abs(held / double(repetitions) - 0.95) < 4 * std::sqrt(0.95 * 0.05 / repetitions));
   }
 }
@@ -252,7 +252,7 @@ TEST_CASE("The interval of the sd of both directions holds the truth in 95 % of 
       const Interval ci = circular_sd_interval(s, 0.95);
       held += ci.lo < 1 && 1 < ci.hi;
     }
-    // By the interval of one direction: .99 of both. The sample kurtosis runs a little low: .94 where it varies.
+    // By the interval of one direction: 0.99 of both. The sample kurtosis runs a little low: 0.94 where it varies.
     CHECK(std::abs(held / double(repetitions) - 0.95) < 4 * std::sqrt(0.95 * 0.05 / repetitions));
   }
   // Normal points: as many degrees as of one direction with twice the values.

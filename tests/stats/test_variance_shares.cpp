@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::uint32_t kGroups = 10;
 
-/// sin x1 + 7 sin^2 x2 + .1 x3^4 sin x1, x uniform in [-pi, pi] (Saltelli et al. 2008): variance a^2 / 8 + b pi^4 / 5 +
-/// b^2 pi^8 / 18 + 1/2.
+/// sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1, x uniform in [-pi, pi] (Saltelli et al. 2008): variance a^2 / 8 + b pi^4 / 5
+/// + b^2 pi^8 / 18 + 1/2.
 double ishigami(const std::array<double, 3>& x) {
   return std::sin(x[0]) + 7 * std::pow(std::sin(x[1]), 2) + 0.1 * std::pow(x[2], 4) * std::sin(x[0]);
 }

@@ -102,7 +102,8 @@ TEST_CASE("The smallest weights have squares, with the bits that others have", "
 
 TEST_CASE("95 % gamma intervals hold the probability at 6, 28 and 150 effective hits", "[weighted]") {
   // A half space at beta = 4.2649 (1e-5), drawn from a normal shifted by beta: weights exp(beta^2/2 - beta y).
-  // Expected coverage .970, .968 and .94 to .96 (2000 runs each: one standard error is .005 or less); five of these.
+  // Expected coverage 0.970, 0.968 and 0.94 to 0.96 (2000 runs each: one standard error is 0.005 or less); five of
+  // these.
   const double beta = 4.264890793922825, p = stats::normal_upper_tail(beta);
   struct Case {
     int trials;

@@ -97,13 +97,13 @@ TEST_CASE("Ranges of a large sweep whose costs are no product are cut by a point
   const PointCosts costs(sum);
   CHECK(g_asked > 10'000);
   CHECK(g_asked < 10'700);
-  // 250 stretches a range, whose points' costs spread by .6 of their mean: the sum by .6 / sqrt(250) = 3.8 %
+  // 250 stretches a range, whose points' costs spread by 0.6 of their mean: the sum by 0.6 / sqrt(250) = 3.8 %
   const auto [least, most] = spread(sum, costs.ranges(40));
   CHECK(least > 1 - 5 * 0.038);
   CHECK(most < 1 + 5 * 0.038);
 
   const RunPlan drawn = run_of("design = { kind = 'sobol', points = 16384, seed = 1 }\na = { from = 1, to = 9 }\n");
-  const auto [low, high] = spread(drawn, PointCosts(drawn).ranges(16));  // sd of a cost / mean .46, 625 stretches
+  const auto [low, high] = spread(drawn, PointCosts(drawn).ranges(16));  // sd of a cost / mean 0.46, 625 stretches
   CHECK(low > 1 - 5 * 0.46 / 25);
   CHECK(high < 1 + 5 * 0.46 / 25);
 }

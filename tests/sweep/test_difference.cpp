@@ -50,7 +50,7 @@ DifferenceRow row_named(const Differences& d, const std::string& name, const std
 }  // namespace
 
 TEST_CASE("Fisher's exact test") {
-  CHECK_THAT(same_rate_p(1, 10, 11, 14), Catch::WithinRel(0.002759456185220083, 1e-9));  // tables have .002759
+  CHECK_THAT(same_rate_p(1, 10, 11, 14), Catch::WithinRel(0.002759456185220083, 1e-9));  // tables have 0.002759
   CHECK(same_rate_p(5, 10, 5, 10) == 1);
   CHECK_THAT(same_rate_p(0, 4, 4, 4), Catch::WithinRel(2.0 / 70, 1e-9));
   CHECK(same_rate_p(1000, 1'000'000, 1400, 1'000'000) < 1e-10);
@@ -105,7 +105,7 @@ TEST_CASE("What one realisation was judged names no row, and a rate may be there
   CHECK(row_named(d, "PT_f", "rate").finding == "changed");  // it was an error of the binomial interval
 }
 
-TEST_CASE("What is detectable is found with probability .9", "[long]") {
+TEST_CASE("What is detectable is found with probability 0.9", "[long]") {
   constexpr int kPairs = 150;
   const double size =
       row_named(compare_results(drawn_result(0, 1), drawn_result(1, 1), {}), "sd 0", "monte_carlo").detectable;

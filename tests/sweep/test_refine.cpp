@@ -50,7 +50,7 @@ TEST_CASE("Rounds follow a boundary: the same cells as the full grid, from fewer
     ++rounds;
     REQUIRE(rounds < 10);
   }
-  CHECK(rounds == 4);  // .25 / 16 <= .02, and one round a halving
+  CHECK(rounds == 4);  // 0.25 / 16 <= 0.02, and one round a halving
   // The full grid of the smallest cells: 80 x 64 of them
   std::size_t crossed = 0;
   for (int i = 0; i < 80; ++i)
