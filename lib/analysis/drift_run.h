@@ -63,8 +63,8 @@ DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias bias,
 /// The results of a trial with all three kinds of biases.
 using DriftValues = std::array<double, DriftResult::kValues>;
 DriftValues drift_values(const DriftRunSetup& s, std::uint64_t trial);
-/// The same of `count` trials from `first` on, side by side: to rounding, and the same for every `first`. Trials that
-/// the kernel cannot do are done by drift_values().
+/// The same for `count` trials from `first` on, side by side: equal to rounding, and independent of `first`.
+/// drift_values() computes the trials that the kernel cannot.
 std::vector<DriftValues> drift_values(const DriftRunSetup& s, std::uint64_t first, int count);
 /// What the kernel gets of eight trials: its columns are in `columns`.
 DriftBatch drift_batch(const DriftRunSetup& s, std::uint64_t first, std::vector<double>& columns);

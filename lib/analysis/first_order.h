@@ -1,5 +1,5 @@
 #pragma once
-/// What every input of a run does, to first order, to quantities that are computed from corrected readings.
+/// First-order effect of every input of a run on quantities that are computed from corrected readings.
 ///
 /// An input d moves a quantity q in two ways: at its station k directly, because the corrected reading gives the
 /// direction of the hole there, and at all stations through the estimate x, which the same input moves. With the

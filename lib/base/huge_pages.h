@@ -8,8 +8,8 @@ namespace surveymc {
 
 inline constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-/// Asks the system for large pages where this memory is not used yet: of a list of many megabytes the faults of its
-/// first use take longer than what is written to it. A hint: where there are no such pages, nothing changes.
+/// Asks the system for large pages for memory that is not used yet: the page faults of many megabytes take longer than
+/// writing them. A hint: nothing changes where there are no such pages.
 inline void prefer_huge_pages(const void* begin, std::size_t size) {
 #if defined(MADV_HUGEPAGE)
   constexpr std::uintptr_t kPage = 4096;

@@ -1,6 +1,5 @@
 #pragma once
-/// Which files are read as input. Whatever else has a name (a pipe, a device, a socket) may never end, or wait for
-/// ever.
+/// Which files are read as input. Pipes, devices and sockets may never end, or wait for ever.
 #include <cerrno>
 #include <cstdint>
 #include <filesystem>
@@ -13,9 +12,8 @@
 
 namespace surveymc {
 
-/// Why the file cannot be read: it is missing, a folder, no regular file, or has more than `most` bytes (0: any
-/// number);
-/// "" if it can be. `way_out`: what to do with a file that is too large.
+/// Why the file cannot be read: it is missing, a folder, no regular file, or larger than `most` bytes (0: no limit).
+/// Empty if it can be read. `way_out`: what to do about a file that is too large.
 inline std::string input_fault(const std::filesystem::path& path, std::uint64_t most = 0,
                                const std::string& way_out = "") {
   struct stat status {};

@@ -9,10 +9,10 @@ namespace surveymc {
 /// this version.
 inline constexpr int kNumericsVersion = 9;
 
-/// In the name of a program, in front of all that decides the bits of its numbers.
+/// Begins the part of a program's name that decides the bits of its numbers.
 inline constexpr std::string_view kNumericsMark = "; numerics ";
 
-/// The part of a program's name that decides the bits of its numbers. Of a name that does not say so, all of it.
+/// The part of a program's name that decides the bits of its numbers; the whole name if it does not say.
 inline std::string_view numerics_of(std::string_view program) {
   const std::size_t at = program.find(kNumericsMark);
   return at == std::string_view::npos ? program : program.substr(at);

@@ -4,8 +4,8 @@
 
 namespace surveymc {
 
-/// The result of a call, a number or a pointer, that is made again as long as a signal interrupts it. Not for close(),
-/// whose descriptor is gone in any case.
+/// Repeats a call as long as a signal interrupts it, and returns its result, a number or a pointer. Not for close():
+/// its descriptor is gone in any case.
 template <class Call>
 auto uninterrupted(const Call& call) {
   for (;;) {

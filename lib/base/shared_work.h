@@ -1,5 +1,5 @@
 #pragma once
-/// What points of a task have in common: the costly parts of preparing them, each made once for equal inputs.
+/// Costly parts of preparing that points of a task share: each is made once for equal inputs.
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -10,15 +10,15 @@
 
 namespace surveymc {
 
-/// Results with the inputs that they were made of: the latest ones, as many as `most_bytes` hold. Several threads
-/// may ask: what one of them makes, the others wait for.
+/// Keeps the latest results with their inputs, as many as fit into `most_bytes`. Several threads may ask: while one
+/// makes a result, the others wait for it.
 class SharedWork {
  public:
   explicit SharedWork(std::size_t most_bytes = std::size_t{64} << 20) : most_bytes_(most_bytes) {}
 
-  /// make(input, stop), or what it gave for an input that equals this one. `make` is a plain function, so that its
-  /// result depends on the input alone; equality (operator==) must be that of all bits that it reads. `bytes`: what
-  /// input and result hold in memory, about.
+  /// Returns make(input, stop), or what it returned for an equal input. `make` is a plain function, so that its result
+  /// depends on the input alone; equality (operator==) must be that of all bits that it reads. `bytes`: the approximate
+  /// size of input and result in memory.
   template <class Input, class Result>
   std::shared_ptr<const Result> get(const Input& input, Result (*make)(const Input&, const std::atomic<bool>*),
                                     std::size_t bytes, const std::atomic<bool>* stop) {

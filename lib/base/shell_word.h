@@ -6,7 +6,7 @@
 
 namespace surveymc {
 
-/// The word as it is, or in single quotes where a shell would take it for more than a word.
+/// The word as it is, or in single quotes where a shell would split or expand it.
 inline std::string shell_quoted(const std::string& word) {
   const bool is_plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
     return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c >= 0x80 ||

@@ -24,8 +24,9 @@ Ended descend_blocks(const Model& model, const Readings& readings, const Point& 
 /// The solution at the end of a descent, with its covariances.
 Solution solution_at(const Model& model, const Readings& readings, const Ended& end);
 
-/// A whitened residual is the difference of two numbers of the size y/s, each to a part of epsilon: J, the sum of n
-/// squares, to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. The result is four times that: rounding.
+/// The rounding error of J. A whitened residual is the difference of two numbers of size y/s, each accurate to a part
+/// of epsilon. So J, the sum of n squares, is accurate to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. The
+/// result is four times that.
 double cost_rounding(const Model& model, int stations, double cost);
 
 /// Minimises J (chain_cost) from `start`; covariances are those of Gauss-Newton's normal matrix at the minimum,

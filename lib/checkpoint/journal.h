@@ -40,8 +40,8 @@ struct JournalContents {
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.
 JournalContents read_journals(const std::filesystem::path& output, const RunKey& key);
 
-/// What a user should know of the journals beside `output` that read_journals() takes: which are of another build, and
-/// which files have the name of a journal and are none. Throws IoError.
+/// Remarks for the user on the journals beside `output`: which of those that read_journals() takes are of another
+/// build, and which files have the name of a journal and are none. Throws IoError.
 struct JournalRemarks {
   std::vector<std::string> notes, warnings;
 };
@@ -69,10 +69,10 @@ class Journal {
   /// Appends in one write() all that was added. False, with the reason in error(), if that failed: it is kept for the
   /// next time, and the file is as long as before.
   bool write();
-  /// write(), and to the disk.
+  /// write(), and waits until the disk has it.
   bool sync();
   const std::string& error() const { return error_; }
-  /// True if there is a file beside the output. It may have been removed, or its folder.
+  /// True if the file is still there: somebody may have removed it, or its folder.
   bool is_there() const;
 
  private:

@@ -131,7 +131,7 @@ std::vector<std::filesystem::path> write_part_of(const std::filesystem::path& pa
                                                  const std::function<std::string(std::size_t)>& piece_bytes,
                                                  store::OldFile old = store::OldFile::replaced);
 
-/// Whether there is a part file, whole or damaged.
+/// State of a part file.
 enum class PartState { missing, whole, damaged, foreign };
 PartState part_state(const std::filesystem::path& path);
 

@@ -14,7 +14,7 @@
 
 namespace surveymc::compare {
 
-/// `[calibration] margin (0.01), confidence (0.95), quantities (all), truth ("prior")`: there, it is on.
+/// `[calibration] margin (0.01), confidence (0.95), quantities (all), truth ("prior")`. The table turns it on.
 struct CalibrationRule {
   bool on = false;
   double margin = 0.01;      ///< largest deviation of a distribution function that agrees; 0: the band's own test

@@ -71,13 +71,13 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
-/// No verdict on this row, nor anything that belongs to one: margin, p-values, trials that would decide. `why` is all
-/// that its note says.
+/// Removes the verdict of a row and what belongs to it: margin, p-values, trials that would decide. `why` becomes its
+/// note.
 void leave_unjudged(ComparisonRow& row, const std::string& why);
 
-/// Where more than the share `most` of the trials failed, the remaining trials are no sample of all. Then each row with
-/// a verdict or a finite prediction becomes "undecided", and its note begins with the reason. `what` names that which
-/// failed: "adjustments".
+/// If more than the share `most` of the trials failed, the others are no sample of all. Then each row with a verdict or
+/// a finite prediction becomes "undecided", and its note begins with the reason. `what` names what failed:
+/// "adjustments".
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
                      const std::string& what);
 
@@ -94,7 +94,7 @@ ComparisonRow compare_quantile(const std::string& quantity, const std::string& u
                                const std::uint64_t* counts, double probability, double predicted,
                                const VerdictRule& rule, std::uint64_t trials);
 
-/// The same row of this formulation.
+/// The row with this formulation.
 ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 
 /// The columns behind a verdict: p_differs, p_agrees, family (empty: apply_family() fills it) and trials_to_decide.

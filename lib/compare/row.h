@@ -8,7 +8,7 @@
 
 namespace surveymc::compare {
 
-/// What of the tallied numbers a row compares with its prediction.
+/// Which statistic of the tallied numbers a row compares with its prediction.
 enum class Statistic {
   mean,
   sd,

@@ -1,5 +1,5 @@
 #pragma once
-/// How a config says its trials are judged, `[verdict]`, and how many there are: `trials` or `[stop]`.
+/// Reads how trials are judged (`[verdict]`) and how many there are (`trials` or `[stop]`).
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace surveymc::compare {
 
-/// Confidences of intervals. Nearer to 0 or 1, quantiles of the distributions are no numbers any more.
+/// Allowed confidences of intervals. Nearer to 0 or 1 the quantiles are no numbers any more.
 inline const config::Range kConfidences = config::Range::closed(1e-9, 1 - 1e-9);
 
 /// `[verdict] margin (0.02), confidence (0.95), nees_margin (0.06)`.

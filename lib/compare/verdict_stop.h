@@ -15,7 +15,7 @@
 
 namespace surveymc::compare {
 
-/// What a study takes as `trials`; `stop.max_trials` is at least 4096.
+/// Allowed values of `trials`; `stop.max_trials` is at least 4096.
 struct TrialLimits {
   std::int64_t fewest = 2, most = 1'000'000'000'000;
 };
@@ -32,7 +32,7 @@ struct RowsOfTable {
 };
 using RowsOfTables = std::vector<RowsOfTable>;
 
-/// What a study makes its rows from, beside moments and pairs of a tally: the first so many of each list.
+/// Parts of a tally, besides moments and pairs, that a study makes its rows from: the first so many of each list.
 struct KeptParts {
   std::size_t own_groups = 0;  ///< groups that the study's tallies have; those of the looks come behind
   std::size_t groups = 0, controlled = 0, controlled_pairs = 0, counts = 0;
@@ -50,9 +50,9 @@ class VerdictStop {
   /// Keeps what `rows` needs of a whole block for its look, in tally.groups; numbers of events as moments of no
   /// quantity, which only count. Does nothing if off.
   void keep(montecarlo::TrialBlock block, stats::Tally& tally) const;
-  /// Trials that would decide all named rows; as many as there are where they are decided. A row without a verdict
-  /// neither ends the run nor keeps it going, since no trials give it one. Where no named row has a verdict, nothing is
-  /// decided: one trial more than there are.
+  /// The number of trials that would decide all named rows; the present number if they are decided. A row without a
+  /// verdict neither ends the run nor keeps it going, since no trials give it one. If no named row has a verdict,
+  /// nothing is decided: the result is one more than the present number.
   std::uint64_t trials_needed(const stats::Tally& tally) const;
   /// Says of the named rows among `rows` of a table at which look the run ended, and where their figure of merit fell
   /// by more than 10 % since the first look, which is the sign of a heavy tail.

@@ -46,14 +46,14 @@ struct SweepDimension {
   std::variant<std::vector<double>, std::vector<std::string>> values;
 };
 
-/// What reading a config has to tell its user besides errors.
+/// A remark for the user from reading a config, besides errors.
 struct Remark {
   bool is_warning = false;
   std::string text;  ///< one line; of a warning "file:line: key = value: what is unusual"
   friend bool operator==(const Remark&, const Remark&) = default;
 };
 
-/// Where a value stands and what it is, for a rule that only computing can check: it outlives the reader.
+/// A value and its place, for a rule that only computing can check. Outlives the reader.
 class ConfigPlace {
  public:
   ConfigPlace() = default;
@@ -66,7 +66,7 @@ class ConfigPlace {
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
-  /// What make() returns. An InputError of make(), which knows no config, gets this place.
+  /// Returns make(). An InputError of make(), which knows no config, gets this place.
   template <class Make>
   auto with_place(Make make) const {
     try {
@@ -87,7 +87,7 @@ struct ConfigDocument;
 struct TomlNode;
 struct ConfigValue;
 
-/// The meaning of a key that is asked for once more: it stands where the key is asked for first.
+/// Stands for the meaning of a key that is read again: the first getter has it.
 inline constexpr std::string_view kMeaningElsewhere = "";
 
 /// Strict, typed view of one point's config, or of one table inside it.
@@ -197,9 +197,9 @@ class ConfigReader {
   const std::string& place_of_table() const;
   /// The value of a key. Does not make it known.
   ConfigValue look_up(const std::string& key) const;
-  /// What every getter does first: tells the log type, rule, sample and choices, as describe() has them, and the
-  /// meaning; makes the key known; and gives its value. No value: the caller takes the fallback, which is remembered.
-  /// Throws InputError if there is neither.
+  /// The first step of every getter: logs type, rule, sample and choices, as describe() has them, and the meaning;
+  /// makes the key known; returns its value. Without a value the caller takes the fallback, which is remembered. Throws
+  /// InputError if there is neither.
   template <class Describe>
   ConfigValue ask(const std::string& key, std::string_view meaning, const Fallback& fallback, const Describe& describe);
   /// The same for a string that may be written as the `name` of a table.
@@ -282,7 +282,7 @@ class Config {
   std::vector<InputText> input_texts() const;
   /// Every file that was read and is too large to be stored, once each, in order of path.
   std::vector<InputReference> input_references() const;
-  /// What the readers of all points had to tell, once each, in order. No part of hash().
+  /// The remarks of the readers of all points, once each, in order. No part of hash().
   std::vector<Remark> remarks() const;
   /// 128-bit XXH3 in hex of resolved_text() and the input files' contents (of large files, their hash).
   std::string hash() const;

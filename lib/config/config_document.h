@@ -1,5 +1,5 @@
 #pragma once
-/// One config: the file with its overrides, and what its readers have found. Internal to the module.
+/// One config: the file with its overrides, and the results of its readers. Internal to the module.
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -31,12 +31,12 @@ struct UsedDefault {
 struct FileText {
   std::string text, fault;
 };
-/// How large a file is read whole: configs and models, which are parsed value by value, and tables.
+/// The largest files that are read whole: configs and models, which are parsed value by value, and tables.
 inline constexpr std::uint64_t kLargestDocument = std::uint64_t{1} << 24, kLargestTable = std::uint64_t{1} << 28;
 inline constexpr const char* kSmallerTable = "give only the rows and columns that are needed";
 FileText read_file(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out);
 
-/// Of a config with a log: gives a point's config the values that the log supposes.
+/// Gives a point's config the values that the log supposes.
 void apply_suppositions(const KeyLog& log, TomlNode& root);
 /// Text of a file embedded in the program, by its path "configs/thesis/traj1.csv"; empty optional if there is none.
 std::optional<std::string> shipped_text(const std::filesystem::path& path);

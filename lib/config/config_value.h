@@ -34,7 +34,7 @@ inline constexpr double kMostListed = 1e7;
 /// True for a table that is meant to be { from, to, step }, or another range.
 bool is_steps(const TomlNode& n);
 
-/// What stands at a key. Everything that checks it throws InputError "place: key = value: rule".
+/// The value at a key. Every check throws InputError "place: key = value: rule".
 struct ConfigValue {
   const TomlNode* node = nullptr;
   std::string key;          ///< the full key, for messages; of a name written as a string, the key of that string

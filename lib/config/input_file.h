@@ -15,7 +15,7 @@ namespace surveymc::config {
 /// Files up to this size are stored whole in the result; of larger ones it has name, size, hash and header only.
 inline constexpr std::uint64_t kLargestStoredFile = std::uint64_t{1} << 24;
 
-/// What a result keeps of a file that is too large to be stored in it.
+/// What identifies a file that is too large to be stored in a result.
 struct InputReference {
   std::string path;        ///< as the config names it
   std::uint64_t size = 0;  ///< bytes

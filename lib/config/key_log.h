@@ -1,6 +1,6 @@
 #pragma once
-/// What the readers of a config were asked for, key by key: `surveymc keys` is made of it, so that no key is listed by
-/// hand. A config with a log may also be read as if keys had other values, stood there or were gone, which shows the
+/// The log of all keys that a config's readers were asked for. `surveymc keys` is made of it, so that no key is listed
+/// by hand. A config with a log may also be read as if keys had other values, stood there or were gone, which shows the
 /// keys of branches that no example takes.
 #include <map>
 #include <memory>

@@ -1,5 +1,5 @@
 #pragma once
-/// What keys mean that several studies read with rules or defaults of their own: each meaning is written once.
+/// Meanings of keys that several studies read with different rules or defaults: each is written once.
 #include <string_view>
 
 namespace surveymc::config {

@@ -1,5 +1,5 @@
 #pragma once
-/// [refine] of a config: where a sweep gets more points after a round of them; and the config of the next round.
+/// [refine] of a config, which says where a sweep gets more points after a round, and the config of the next round.
 #include <map>
 #include <string>
 #include <utility>

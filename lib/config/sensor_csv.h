@@ -11,7 +11,7 @@
 
 namespace surveymc::config {
 
-/// What can be wrong with a row, in the order of checking: a row counts once, for the first that is.
+/// Defects of a row, in the order of checking: a row counts once, for its first defect.
 enum class RowDefect {
   cells,          ///< another number of cells than the header
   bad_time,       ///< the time is empty, no time, or has an offset from UTC where earlier ones have none (or has none)
@@ -50,7 +50,7 @@ struct SensorQuality {
       false;                 ///< bad times are among them that have an offset from UTC, or have none, unlike the first
   double median_step_h = 0;  ///< of the first kTypicalSteps steps from good row to good row
 };
-/// What a gap is measured by: the median of so many steps (all of them in a shorter file).
+/// A gap is measured by the median of so many steps (all of them in a shorter file).
 inline constexpr std::size_t kTypicalSteps = std::size_t{1} << 16;
 
 /// Some good rows that follow each other.
@@ -70,7 +70,7 @@ class SensorCsvReader {
   /// Up to `most` good rows; false if there are none left. The findings are whole then.
   bool next(SensorBlock& block, std::size_t most);
   const SensorQuality& found() const { return found_; }
-  /// Leaves the rest unread, but for proof that the file is still the one that the result names.
+  /// Reads the rest only to prove that the file is still the one that the result names.
   void skip_to_end() { lines_.skip_to_end(); }
 
  private:

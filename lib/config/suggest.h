@@ -1,5 +1,5 @@
 #pragma once
-/// What a user may have meant by a key, or by a name, that nobody knows.
+/// Suggestions for unknown keys and names.
 #include <set>
 #include <string>
 

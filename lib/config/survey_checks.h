@@ -1,5 +1,5 @@
 #pragma once
-/// Surveys that can be computed with, and look like a mistake all the same.
+/// Finds surveys that are valid, but look like a mistake.
 #include <string>
 #include <vector>
 
@@ -14,7 +14,7 @@ struct SurveyFinding {
   std::string text;         ///< "path:line: column = value: what is unusual, and what to do"
 };
 
-/// What is unusual in `table`, of which survey_from_table() has made `survey`. Refused:
+/// Unusual values in `table`, from which survey_from_table() has made `survey`. Refused:
 ///   angles that look like radians; an azimuth outside [0, 360]; a negative measured depth, or one beyond 16 km, which
 ///   no well has; a hole that turns back (by more than 179 degrees between neighbours).
 /// Warned of: a dogleg of more than 30 deg/30 m, which no tool drills (and 3 degrees in all, so that stations close to

@@ -57,8 +57,7 @@ Weights weights_at(const Function& f, const SampleStation& s, const Surroundings
 /// What is wrong with a function in a vertical hole, for a message; empty if nothing is.
 ///   - sinI times its azimuth weight does not vanish as I -> 0, and there are no vertical formulas
 ///   - its vertical formulas are not finite at 0 deg
-///   - they are not the limit of the others: compared at I = 0.001 deg, 24 azimuths, 1e-3 of the
-///   largest
+///   - they are not the limit of the others: compared at I = 0.001 deg, 24 azimuths, 1e-3 of the largest
 /// A continuous function is not looked at: its zone keeps it from a vertical hole.
 std::string vertical_fault(const Function& f, const Parameters& parameters);
 

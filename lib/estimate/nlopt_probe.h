@@ -4,8 +4,8 @@
 namespace surveymc::estimate {
 
 /// Where NLopt's solvers (estimator.solver) stand after some steps on a curved valley, for the probe of this build's
-/// numerics (simd::numerics_probe()): NLopt rounds otherwise where its sums and products are fused, as Debian's are
-/// for aarch64.
+/// numerics (simd::numerics_probe()): NLopt rounds differently where the compiler fuses multiply-adds, as in Debian's
+/// build for aarch64.
 std::vector<double> nlopt_probe();
 
 }  // namespace surveymc::estimate

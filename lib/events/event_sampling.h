@@ -1,6 +1,6 @@
 #pragma once
-/// What studies of rare events have in common: `[sampling]` of a config, the preparing that it asks for, the trials,
-/// the rows of a probability and the tables `sampling` and `design_points`.
+/// The common part of studies of rare events: `[sampling]` of a config, the preparing that it asks for, the trials, the
+/// rows of a probability and the tables `sampling` and `design_points`.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -43,7 +43,7 @@ struct EventRun {
 };
 EventRun read_event_run(config::ConfigReader& config, const std::vector<std::string>& methods = {});
 
-/// Below this distance of the design point, plain trials are as good.
+/// If the design point is nearer than this, plain trials are as good.
 inline constexpr double kPlainBeta = 2;
 
 /// One event, ready to be drawn.

@@ -1,5 +1,5 @@
 #pragma once
-/// A run of events: what becomes of a study's point where its config has `[[event]]`, and the study `rare_event`.
+/// A run of events: replaces a study's point if its config has `[[event]]`; also the study `rare_event`.
 ///
 ///   events as limit states -> proposals (event_sampling.h) -> weighted trials -> tables probability, sampling,
 ///   design_points, importance; samples hits

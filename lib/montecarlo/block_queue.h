@@ -1,6 +1,6 @@
 #pragma once
-/// Blocks that wait to be computed, handed on in pieces to whoever is free: a slow rank or core does not decide how
-/// long a run takes. Who computes a block changes no bit (ordered_merge.h).
+/// Blocks that wait to be computed. Free threads and ranks take them in pieces, so that a slow one does not decide how
+/// long a run takes. Which of them computes a block changes no bit (ordered_merge.h).
 #include <cstdint>
 #include <limits>
 #include <mutex>

@@ -30,7 +30,7 @@ class Workers {
   std::size_t count() const { return messages_ ? static_cast<std::size_t>(messages_->count() - 1) : 0; }
   std::string run, journal;  ///< of all orders
 
-  /// So many blocks give each thread of a rank one; its threads are taken to be as many as ours.
+  /// The number of blocks that gives each thread of a rank one block, if it has as many threads as this rank.
   std::uint64_t least_piece() const;
   /// Worker `worker` (0 to count() - 1) computes these blocks behind those that it has.
   void order(std::uint64_t point, std::size_t worker, const std::vector<BlockRange>& blocks);

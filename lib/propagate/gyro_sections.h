@@ -1,15 +1,12 @@
 #pragma once
 /// Modes of a hybrid gyro along a leg: a compass at every station of the upper hole, continuous beyond (SPE 90408).
 ///
-/// 1. Stationary until the inclination reaches initialise_at, and again when it falls below; then initialised anew. A
-/// tool
-///    that is initialised at the start of the leg is so from the first station on.
-/// 2. While it is initialised, every stationary function keeps the value at Inc = initialise_at and the azimuth listed
-/// at
-///    the last station before ("leg start": inclination and azimuth of the tie-on).
+/// 1. Stationary until the inclination reaches initialise_at, and again when it falls below; then initialised anew.
+///    A tool that is initialised at the start of the leg is so from the first station on.
+/// 2. While it is initialised, every stationary function keeps the value at Inc = initialise_at and the azimuth
+///    listed at the last station before ("leg start": inclination and azimuth of the tie-on).
 /// 3. A section lasts from the end of the one before, or the beginning of the leg, to its own end: the stationary
-/// stretch
-///    before the initialisation belongs to it.
+///    stretch before the initialisation belongs to it.
 /// The azimuth that a survey lists for a vertical station means nothing, and rule 2 takes it all the same: appendix E
 /// of SPE 90408 comes out with it, and not without.
 #include <cstddef>

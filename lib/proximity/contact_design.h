@@ -27,7 +27,7 @@ struct TouchingPair {
   double beta = 0;
 };
 
-/// C_rel of two points, m2. Finite: no way to touch is known where there is no covariance.
+/// C_rel of two points, m2. Must be finite: without a covariance there is no most likely contact.
 using RelativeCovariance = std::function<Eigen::Matrix3d(const PathPoint& reference, const PathPoint& offset)>;
 
 /// The local minima of beta over both paths from their stations `first` on, each refined to kDepthError of measured

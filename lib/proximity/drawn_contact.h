@@ -47,7 +47,7 @@ struct Contact {
 inline constexpr double kContactError = 1e-5;  // m
 
 /// The nearest pair of points of the paths from station `first` of each on, if it is nearer than `below` (m); otherwise
-/// `below` itself as the distance. Right to kContactError.
+/// `below` itself as the distance. Accurate to kContactError.
 Contact nearest_contact(const DrawnPath& reference, std::size_t first_reference, const DrawnPath& offset,
                         std::size_t first_offset, double below, ContactScratch& scratch);
 

@@ -9,7 +9,7 @@
 
 namespace surveymc::scenario {
 
-/// The reference field at a place and date, and how it came about.
+/// The reference field at a place and date, with its origin.
 struct PlacedField {
   earth::Place place;
   double year = 0;  ///< decimal
@@ -42,7 +42,7 @@ struct ReferenceSize {
   double dip = 0;    ///< rad
 };
 
-/// What the name of a reference's uncertainty stands for: "wmm2025".
+/// Sizes that the name "wmm2025" stands for.
 ReferenceSize reference_size(const std::string& name);
 inline const std::vector<std::string> kFieldModels{"wmm2025"};
 

@@ -20,9 +20,8 @@ namespace {
 
 constexpr const char* kNorthOfSurvey = "survey.azimuth_reference";
 
-/// What the importer has to be told of a survey file in another form, as far as the config says it. `table`: "survey."
-/// or
-/// "", in which the keys are.
+/// Options of the importer that the config gives for a survey file in another form. `table`: where the keys are,
+/// "survey." or "".
 config::ImportOptions read_import_options(config::ConfigReader& c, const std::string& table) {
   config::ImportOptions options;
   const auto add = [&](const char* key, const char* option, const std::vector<std::string>& allowed,

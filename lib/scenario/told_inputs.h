@@ -1,5 +1,5 @@
 #pragma once
-/// What a study tells of the survey or the readings that it was given: `run` and `check` print it.
+/// Notes and warnings on the survey or the readings that a study was given; `run` and `check` print them.
 #include "config/config.h"
 #include "config/readings_csv.h"
 #include "config/survey_csv.h"

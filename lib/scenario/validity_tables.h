@@ -1,6 +1,6 @@
 #pragma once
-/// Where the error models of a well do not hold, as tables: what a study says that computes beyond their ranges all the
-/// same (`error_model.outside_range` = "mark").
+/// Tables of where the error models of a well do not hold, for studies that compute beyond their ranges all the same
+/// (`error_model.outside_range` = "mark").
 #include <string>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace surveymc::scenario {
 store::Table validity_table(const survey::Survey& survey, const ToolRuns& tools,
                             const std::vector<propagate::Validity>& validity);
 
-/// What to know of a well before numbers of it are used.
+/// A warning that a user must know before using a well's numbers.
 struct ValidityWarning {
   std::string severity, message;
 };

@@ -33,7 +33,7 @@ struct SurveyedWell {
   config::ConfigPlace model_place = {};     ///< where its error model is named
 };
 
-/// How what two wells share is taken into account.
+/// How shared errors of two wells are taken into account.
 struct PairFormulation {
   enum class Kind { sharing, shared_hole, zeroed };
   std::string name;
@@ -60,14 +60,14 @@ WellPairs read_well_pairs(config::ConfigReader& config);
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.
 void scale_models(config::ConfigReader& config, WellPairs& wells);
 
-/// What the draws of a well do that is surveyed with `tools`: its own, or those of a sidetrack.
+/// Effect of the drawn errors on a well that is surveyed with `tools`: its own tools, or those of a sidetrack.
 propagate::WellErrors drawn_errors(const SurveyedWell& well, const ToolRuns& tools, propagate::VerticalRule vertical);
 
-/// Where the models of a well's tools do not hold. `non_finite`: of its covariance.
+/// Warnings of where the models of a well's tools do not hold. `non_finite`: terms of its covariance.
 std::vector<ValidityWarning> warnings_of(const SurveyedWell& well,
                                          const std::vector<propagate::NonFiniteTerm>& non_finite = {});
 
-/// The reference, and what of it every pair needs: pair_reference().
+/// The reference well with what every pair needs of it; made by pair_reference().
 class PairReference {
  public:
   const SurveyedWell& well() const { return well_; }
@@ -91,7 +91,7 @@ class PairReference {
 /// `well` must outlive it.
 PairReference pair_reference(const SurveyedWell& well, proximity::Interpolation interpolation);
 
-/// A reference and an offset: well_pair().
+/// A reference and an offset; made by well_pair().
 struct WellPair {
   const SurveyedWell* offset = nullptr;
   std::unique_ptr<const proximity::WellPath> offset_path;

@@ -25,11 +25,11 @@ class SizeCounts {
 
   /// False: the median is not near what was expected.
   bool has_median() const;
-  /// NaN without finite sizes.
+  /// NaN if no size is finite.
   double median() const;
 
   std::uint64_t infinite() const { return infinite_; }
-  /// NaN without finite sizes. Of equal ones the first number has the place.
+  /// NaN if no size is finite. Ties go to the lower number.
   double smallest() const;
   double largest() const;
   std::size_t smallest_at() const { return smallest_.at; }

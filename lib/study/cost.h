@@ -1,5 +1,5 @@
 #pragma once
-/// What the rows of a result cost in processor time: `/run/cost`, which is no part of the result's identity.
+/// Processor time that the rows of a result cost: `/run/cost`, which is no part of the result's identity.
 #include <vector>
 
 #include "config/config.h"

@@ -1,8 +1,7 @@
 #pragma once
 /// An experiment turns each point of a config's sweep into tables. All experiments run in the same stages:
-///   read      config -> PointPlan: checked, and so cheap that a sweep of 10,000 points is read in a moment. A task of
-///   a
-///             sweep reads the points that it runs, and no others
+///   read      config -> PointPlan: checked, and so cheap that a sweep of 10,000 points is read in a moment.
+///             A task of a sweep reads the points that it runs, and no others
 ///   prepare   PointPlan -> StudyPoint, in the task that runs the point and for no other point
 ///   run       blocks of trials -> tally
 ///   report    tally -> tables and maps -> Result
@@ -42,8 +41,8 @@ class StudyPoint {
   virtual ~StudyPoint() = default;
   /// Not called for a study without trials.
   virtual stats::Tally run_block(montecarlo::TrialBlock /*block*/) const { return {}; }
-  /// Which proposal its trials are drawn from, where they have weights (stats::Tally::proposal); 0: none. Tallies of
-  /// another one are refused.
+  /// The proposal that weighted trials are drawn from (stats::Tally::proposal); 0: none. Tallies of another proposal
+  /// are refused.
   virtual std::uint64_t proposal() const { return 0; }
   /// Number of trials needed in all, predicted from the trials so far. Called at the looks of the plan; the run ends at
   /// a look that has as many trials.
@@ -65,7 +64,7 @@ class PointPlan {
   virtual std::uint64_t trials() const { return 0; }
   /// Trials in a block: fewer where a trial takes long, so that threads share them. Results depend on this number.
   virtual int block_trials() const { return montecarlo::kBlockTrials; }
-  /// What the point costs compared with others, in any unit: tasks of a sweep get points of equal cost in all.
+  /// Cost of the point relative to others, in any unit: tasks of a sweep get points of equal total cost.
   virtual double cost() const { return std::max<double>(1, static_cast<double>(trials())); }
   /// Trial counts at which StudyPoint::trials_needed is called, rising; empty if the number of trials is fixed.
   virtual std::vector<std::uint64_t> looks() const { return {}; }
@@ -140,7 +139,7 @@ std::unique_ptr<PointPlan> plan_of(config::ConfigReader& config, random::StudySe
 /// the result lists it in the table failed_points.
 inline constexpr std::size_t kMostReadWhole = 10'000;
 
-/// A config and its points, which are read when they are asked for. Several threads may ask.
+/// A config and its points, which are read on demand. Several threads may ask.
 class RunPlan {
  public:
   RunPlan(Experiment of, config::Config from) : experiment(std::move(of)), config(std::move(from)) {}
@@ -156,9 +155,9 @@ class RunPlan {
   std::optional<scenario::PlacedField> placed(std::size_t point) const;
   /// `verdict.family`, which no sweep changes, is not "none": see family.h.
   bool is_family() const { return is_family_; }
-  /// Trials of all points; of a large sweep as many times those of the first point.
+  /// Trials of all points. For a large sweep: trials of the first point times the number of points.
   std::uint64_t total_trials() const;
-  /// Trials of one point: of a large sweep those of the first of the points that were read and are valid.
+  /// Trials of one point. For a large sweep: trials of the first point that was read and is valid.
   std::uint64_t trials_of(std::size_t point) const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
   /// is set.
@@ -169,9 +168,9 @@ class RunPlan {
     std::string first_reason;
   };
   Sample sample;
-  /// What the points that were prepared have in common.
+  /// Work that the prepared points share.
   const SharedWork& shared() const { return *shared_; }
-  /// Of a large sweep: the point is not asked for again.
+  /// For a large sweep: the point is not needed again.
   void forget(std::size_t point) const;
 
  private:
@@ -229,7 +228,7 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
                                         checkpoint::Journal* journal);
 
-/// What a point gives to a result: with the tables of its reference field, and the sweep's keys as first columns.
+/// The point's part of a result: with the tables of its reference field, and the sweep's keys as first columns.
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult result);
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.
@@ -244,7 +243,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
 /// other then, and all ranks share the blocks of each.
 int threads_of(const RunPlan& run, const checkpoint::PointRange& points, const montecarlo::RunOptions& options);
 
-/// How far the points of a run are together: what options.progress is told. Several threads tell it of their points.
+/// Progress of all points of a run together, for options.progress. Several threads report their points.
 class SweepProgress {
  public:
   /// `expected`: trials of all points.

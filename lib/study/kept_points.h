@@ -8,7 +8,7 @@
 
 namespace surveymc::study {
 
-/// Larger results of a point are computed again: memory would have them twice.
+/// Larger results of a point are not kept but computed again: they would be in memory twice.
 inline constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;
 
 /// Keeps point_result_to_bytes() of a point, if there is a journal and the bytes are not too many.
@@ -20,7 +20,7 @@ class KeptPoints {
  public:
   static constexpr std::size_t kMostKeptStreams = std::size_t{1} << 25;  // values: 256 MiB
 
-  /// `checkpoint` outlives it. A run of one point keeps nothing: it would be done by then.
+  /// `checkpoint` outlives it. A run of one point keeps nothing: it is done when its point is.
   KeptPoints(const Checkpoint& checkpoint, std::size_t points) : checkpoint_(checkpoint), points_(points) {}
   /// The result that an earlier attempt has kept.
   std::optional<PointResult> find(std::uint64_t point);

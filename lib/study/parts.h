@@ -49,7 +49,7 @@ std::vector<checkpoint::PartPiece> part_pieces(const RunPlan& run, const PartCho
 checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const montecarlo::RunOptions& options,
                           const Checkpoint& checkpoint);
 
-/// What is there of a run: whole points, and blocks of others.
+/// The finished part of a run: whole points, and blocks of others.
 class Coverage {
  public:
   /// A part whose pieces are all whole points.
@@ -93,14 +93,14 @@ class PartSet {
   /// other bits than those of `program`, or where two parts have read different files of one name.
   PartSet(const std::vector<std::filesystem::path>& paths, const std::string& program);
 
-  /// Of the first part, with the files of all of them.
+  /// The first part without its pieces, with the files of all parts.
   const checkpoint::Part& about() const { return about_; }
   std::size_t count() const { return readers_.size(); }
   const Coverage& coverage() const { return coverage_; }
   /// Pieces of a point, in the order of the parts.
   std::vector<checkpoint::PartPiece> pieces(std::uint64_t point);
   std::vector<checkpoint::PartHead> heads() const;
-  /// What the user should know of the parts: which are of another build.
+  /// Remarks for the user: which parts are of another build.
   const std::vector<std::string>& remarks() const { return remarks_; }
   /// Writes the pieces of all parts, in order of the points, as one part.
   std::vector<std::filesystem::path> write_merged(const std::filesystem::path& path, const std::atomic<bool>* stop,
@@ -124,7 +124,7 @@ class PartSet {
 /// Throws InputError that names what no part has: `shards` (missing_shards()), points, and trials of points.
 void require_complete(const RunPlan& run, const Coverage& coverage, const std::string& shards);
 
-/// What a point gives to the result, from its pieces.
+/// A point's part of the result, from its pieces.
 PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<checkpoint::PartPiece> pieces,
                          const montecarlo::RunOptions& options);
 

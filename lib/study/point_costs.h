@@ -17,9 +17,10 @@ class PointCosts {
  public:
   explicit PointCosts(const RunPlan& run);
 
-  /// Of the points before `end`, in the unit of PointPlan::cost().
+  /// Total cost of the points before `end`, in the unit of PointPlan::cost().
   double before(std::uint64_t end) const;
-  /// `count` ranges of points (fewer of fewer points), one behind the other, none of them empty, of nearly equal cost.
+  /// Divides the points into `count` ranges (fewer if there are fewer points) of nearly equal cost, in order, none of
+  /// them empty.
   std::vector<checkpoint::PointRange> ranges(std::uint64_t count) const;
 
  private:

@@ -13,7 +13,7 @@ inline constexpr const char* kFailedPoints = "failed_points";
 /// the config.
 std::string without_place(const std::string& message);
 
-/// What a point that cannot be run gives to a result: a row of the table failed_points.
+/// The result of a point that cannot be run: a row of the table failed_points.
 PointResult failed_point(std::size_t point, const std::string& reason);
 
 /// True of failed_point().

@@ -17,7 +17,7 @@ store::Table with_sweep_columns(store::Table table, const std::vector<config::Sw
 /// The first axes of every map of a sweep: its keys in column order with their values in order of the points; of a
 /// design that is no product the number of the point.
 std::vector<store::Axis> sweep_axes(const config::Config& config);
-/// What the axis of such a design means: a row of a point, to which its keys are to be added.
+/// Name of the table that gives each point of such a design its keys.
 inline constexpr const char* kPointTable = "sweep_points";
 store::Table table_of_point(std::size_t point);
 /// Takes from two maps of one name the axes of length one that only one of them has, or that differ: the sweep's keys

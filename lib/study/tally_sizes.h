@@ -6,7 +6,8 @@
 
 namespace surveymc::study {
 
-/// The sizes that tallies of a point's trials have, for tallies that come out of files: report() indexes them unasked.
+/// The sizes of tallies of a point's trials, to check tallies that come from files: report() indexes them without a
+/// check.
 class TallySizes {
  public:
   static constexpr std::uint64_t kTrials = 2;  ///< an antithetic pair

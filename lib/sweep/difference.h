@@ -10,8 +10,8 @@ namespace surveymc::sweep {
 
 struct DifferenceRule {
   double level = 0.05;         ///< family-wise, over all rows that chance can move (Holm 1979)
-  double tolerance = 0;        ///< of the same draws: a change of so many standard errors is none
-  double analytic = 1e-12;     ///< relative difference of a prediction that is none
+  double tolerance = 0;        ///< for the same draws: smaller changes, in standard errors, do not count
+  double analytic = 1e-12;     ///< smaller relative differences of a prediction do not count
   std::uint64_t least = 1000;  ///< trials, and
   std::uint64_t hits = 5;      ///< events in both together, below which nothing is said
 };
@@ -48,9 +48,8 @@ struct Differences {
 /// rows with the same names the first with the first. Statistics:
 ///  * other seeds: z = (b - a) / sqrt(se_a^2 + se_b^2), each standard error from the half of its interval towards the
 ///    other value; the counts of a rate by the exact conditional test (Fisher);
-///  * the same seed: the draws are common. What differs has changed; with other trials, one run holds the other, and
-///  the
-///    variance is se_b^2 - se_a^2;
+///  * the same seed: the draws are common. What differs has changed; with other trials, one run holds the other,
+///    and the variance is se_b^2 - se_a^2;
 ///  * predictions: any relative difference above rule.analytic.
 /// Intervals of a confidence sequence ([stop] verdict) are wider than those of as many trials; taken as if they were
 /// not, they make standard errors too large and false alarms rarer, also where the moment of the stop depends on the
