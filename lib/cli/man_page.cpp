@@ -84,8 +84,8 @@ the number of threads without \fB\-\-threads\fR; where it is none from 1, as man
 .SH FILES
 .TP
 .I results/NAME.h5
-where \fBrun\fR writes the result of \fINAME\fR.toml without \fB\-o\fR. HDF5; every table and key is described in
-docs/results\-format.md.
+where \fBrun\fR writes the result of \fINAME\fR.toml without \fB\-o\fR. HDF5; docs/results\-format.md describes
+every table, docs/keys.md every key.
 .SH EXAMPLES
 .nf
 surveymc run configs/thesis/test4.toml

@@ -39,7 +39,7 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
             named = re.search(rf"(?m)^(\S+[.]txt): {re.escape(file)}, compiled into", index)
             assert named and "opyright" in (licences / named[1]).read_text(), f"{file}: {index}"
         assert any(f.stat().st_size > 0 for f in (licences / "common-licenses").iterdir())
-    for part, pattern in (("configs", "**/*.toml"), ("configs", "**/*.csv"), ("docs", "*.md"), ("docs", "tutorials/*"),
+    for part, pattern in (("configs", "**/*.toml"), ("configs", "**/*.csv"), ("docs", "*.md"), ("docs", "studies/*"), ("docs", "tutorials/*"),
                           ("scripts", "surveymc/**/*.py")):
         there = moved / "share/doc/surveymc" if part == "docs" else share
         for file in (source / part).glob(pattern):
