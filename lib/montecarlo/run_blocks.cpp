@@ -13,9 +13,9 @@ namespace {
 
 /// Gives blocks of a queue to other ranks as fast as each of them has been so far. Every rank begins with the least
 /// piece, so that a slow one never has much that others wait for.
-class Handing {
+class BlockDispatcher {
  public:
-  Handing(BlockQueue& queue, const RunOptions& options)
+  BlockDispatcher(BlockQueue& queue, const RunOptions& options)
       : queue_(queue), options_(options), all_(queue.left()), ranks_(options.workers ? options.workers->count() : 0) {}
 
   void begin() {
@@ -81,9 +81,9 @@ class BlockRun {
   void until(std::uint64_t end_block) {
     BlockQueue queue(gaps({next_, end_block}, covered_));
     next_ = end_block;
-    Handing handing(queue, options_);
-    const std::function<void(std::size_t)> hand_on = [&](std::size_t worker) { handing.next(worker); };
-    if (options_.workers) handing.begin();
+    BlockDispatcher dispatcher(queue, options_);
+    const std::function<void(std::size_t)> hand_on = [&](std::size_t worker) { dispatcher.next(worker); };
+    if (options_.workers) dispatcher.begin();
     bool whole = false;
     try {
       whole = compute_blocks(

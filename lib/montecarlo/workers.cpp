@@ -39,7 +39,7 @@ constexpr auto kOrderFields = [](auto& bytes, auto& order) {
 constexpr auto kSubtreeFields = [](auto& bytes, auto& nodes) { subtree_fields(bytes, nodes); };
 
 /// Sleeps a little, to leave the cores to the computing threads.
-void doze() { std::this_thread::sleep_for(std::chrono::microseconds(500)); }
+void sleep_briefly() { std::this_thread::sleep_for(std::chrono::microseconds(500)); }
 
 int exit_code(std::string_view body) { return ByteReader(body).get<std::int32_t>(); }
 
@@ -48,7 +48,7 @@ int exit_code(std::string_view body) { return ByteReader(body).get<std::int32_t>
 Message Messages::receive() {
   for (;;) {
     if (std::optional<Message> m = try_receive()) return std::move(*m);
-    doze();
+    sleep_briefly();
   }
 }
 
@@ -92,7 +92,7 @@ void Workers::stop() {
 }
 
 Workers::Work Workers::collect(const std::function<bool()>& stopped, const std::function<void(std::size_t)>& is_free) {
-  for (; open_ > 0; doze()) {
+  for (; open_ > 0; sleep_briefly()) {
     if (stopped()) stop();
     poll(is_free);
   }
@@ -108,7 +108,7 @@ Workers::Work Workers::collect(const std::function<bool()>& stopped, const std::
 }
 
 void Workers::end(int exit) {
-  for (stop(); open_ > 0; doze()) poll([](std::size_t) {});  // no rank may wait for us to receive its answer
+  for (stop(); open_ > 0; sleep_briefly()) poll([](std::size_t) {});  // no rank may wait for us to receive its answer
   ByteWriter body;
   body.put(std::int32_t{exit});
   const std::string bytes = message(kEnd, body.take());
