@@ -9,6 +9,7 @@
 #include "base/units.h"
 #include "compare/trial_plan.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 #include "scenario/reference_field.h"
 #include "scenario/station_sigmas.h"
 
@@ -26,8 +27,7 @@ std::vector<single_station::StationMethod> read_methods(config::ConfigReader& c,
                        : std::vector<std::string>{"basic", "simple", "extended", "extended_bh"};
   std::vector<single_station::StationMethod> methods;
   for (const std::string& n : names) {
-    c.require(std::find(known.begin(), known.end(), n) != known.end(), "methods",
-              fmt::format("\"{}\" is none of {}", n, fmt::join(known, ", ")));
+    c.require(std::find(known.begin(), known.end(), n) != known.end(), "methods", config::none_of(n, known));
     c.require(std::count(names.begin(), names.end(), n) == 1, "methods", n + " is in the list twice");
     methods.push_back(single_station::station_method(n));
     scenario::require_station_sigmas(c, "methods", methods.back(), sigmas);
@@ -70,13 +70,14 @@ std::vector<ExpectedVerdict> read_expected(config::ConfigReader& c, const Scenar
     x.methods = e.texts("methods", "methods that are meant");
     x.quantities = e.texts("quantities", "quantities that are meant");
     for (const std::string& m : x.methods) {
-      bool known = false;
-      for (std::size_t k = 0; k < s.methods.size(); ++k) known = known || s.name_of(k) == m;
-      e.require(known, "methods", fmt::format("\"{}\" is not among the methods of this config", m));
+      std::vector<std::string> known;
+      for (std::size_t k = 0; k < s.methods.size(); ++k) known.push_back(s.name_of(k));
+      e.require(std::find(known.begin(), known.end(), m) != known.end(), "methods",
+                fmt::format("\"{}\" is not among the methods of this config{}", m, config::suggestion(m, known)));
     }
     for (const std::string& q : x.quantities)
       e.require(q == "azimuth" || q == "axial_magnetisation" || q == "over_tolerance", "quantities",
-                fmt::format("\"{}\" is none of azimuth, axial_magnetisation, over_tolerance", q));
+                config::none_of(q, {"azimuth", "axial_magnetisation", "over_tolerance"}));
     if (e.has("inclination_deg"))
       x.inclination_deg = e.number_or_list("inclination_deg", config::Range::closed(0, 180),
                                            "inclinations that are meant; without it all");

@@ -15,6 +15,7 @@
 #include "chained_multistation/parts.h"
 #include "chained_multistation/performance_tables.h"
 #include "chained_multistation/quantities.h"
+#include "config/suggest.h"
 #include "random/study_stream.h"
 #include "study/experiment.h"
 
@@ -141,10 +142,7 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
       c.has("estimators") ? c.texts("estimators", "estimators that are compared; without it all") : names;
   for (const std::string& name : wanted) {
     const auto found = std::find(names.begin(), names.end(), name);
-    c.require(found != names.end(), "estimators",
-              fmt::format("\"{}\": must be one of base, single, filter, filter_independent, smoother, "
-                          "smoother_independent",
-                          store::printable(name)));
+    c.require(found != names.end(), "estimators", config::none_of(name, names));
     const auto e = static_cast<Solver>(found - names.begin());
     c.require(std::find(s.estimators.begin(), s.estimators.end(), e) == s.estimators.end(), "estimators",
               fmt::format("\"{}\" is there twice", name));

@@ -8,6 +8,7 @@
 
 #include "analysis/gross_error_event.h"
 #include "compare/trial_plan.h"
+#include "config/suggest.h"
 #include "gross_error_detection/tables.h"
 #include "reliability/nonlinear_detectable.h"
 #include "scenario/adjustment_scenario.h"
@@ -145,7 +146,7 @@ std::vector<SnoopingStrategy> read_strategies(config::ConfigReader& c, bool pope
   for (const std::string& name : wanted) {
     const auto& names = strategy_names();
     const auto at = std::find(names.begin(), names.end(), name);
-    c.require(at != names.end(), "strategy", "\"" + name + "\" is none of single, iterative, readmission, pairs");
+    c.require(at != names.end(), "strategy", config::none_of(name, {names.begin(), names.end()}));
     const auto strategy = static_cast<SnoopingStrategy>(at - names.begin());
     c.require(std::find(all.begin(), all.end(), strategy) == all.end(), "strategy", name + " is in the list twice");
     c.require(!pope || strategy == SnoopingStrategy::single, "strategy",

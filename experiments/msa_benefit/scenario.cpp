@@ -7,6 +7,7 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/readings_analysis.h"
 #include "base/units.h"
+#include "config/suggest.h"
 #include "estimate/estimators.h"
 #include "estimate/observability.h"
 #include "msa_benefit/study.h"
@@ -57,7 +58,7 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
     const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
     if (at == estimate::kParameterNames.end())
       c.fail("estimator.estimated",
-             fmt::format("\"{}\" is none of {}", name, fmt::join(estimate::kParameterNames, ", ")));
+             config::none_of(name, {estimate::kParameterNames.begin(), estimate::kParameterNames.end()}));
     bool& flag = estimated[static_cast<std::size_t>(at - estimate::kParameterNames.begin())];
     c.require(!flag, "estimator.estimated", "\"" + name + "\" is there twice");
     flag = true;

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "compare/table_rows.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 #include "reliability/layers.h"
 #include "reliability/responses.h"
 #include "reliability/scenario.h"
@@ -53,7 +54,7 @@ std::vector<std::string> read_layers(config::ConfigReader& c, const LayerModel& 
     const bool there = std::find(known.begin(), known.end(), l) != known.end();
     c.require(there || subject.combined() || has_gross_error(m) || !is_response_layer(l), "maps",
               l + " needs the size of the error: gross_error_" + subject_unit(subject));
-    c.require(there, "maps", fmt::format("\"{}\" is none of {}", l, fmt::join(known, ", ")));
+    c.require(there, "maps", config::none_of(l, known));
     c.require(std::count(layers.begin(), layers.end(), l) == 1, "maps", l + " is in the list twice");
   }
   return layers;

@@ -8,6 +8,7 @@
 
 #include "base/units.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 
 namespace surveymc::studies::reliability {
 
@@ -18,7 +19,9 @@ std::size_t read_observation(const config::ConfigReader& c, const std::string& k
                              AdjustmentMode mode, const std::vector<std::size_t>& before, const char* or_all) {
   const auto& names = observation_names();
   const auto at = std::find(names.begin(), names.end(), name);
-  c.require(at != names.end(), key, fmt::format("\"{}\" is none of {}{}", name, fmt::join(names, ", "), or_all));
+  c.require(at != names.end(), key,
+            fmt::format("\"{}\" is none of {}{}{}", name, fmt::join(names, ", "), or_all,
+                        config::suggestion(name, {names.begin(), names.end()})));
   const auto o = static_cast<std::size_t>(at - names.begin());
   c.require(
       is_observed(mode, o), key,

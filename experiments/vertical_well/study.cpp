@@ -17,6 +17,7 @@
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 #include "random/study_stream.h"
 #include "scenario/drilling.h"
 #include "sensor/sensor_runs.h"
@@ -102,7 +103,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   for (std::size_t f = 0; f < s.formulations.size(); ++f) {
     const auto begin = s.formulations.begin(), here = begin + static_cast<std::ptrdiff_t>(f);
     c.require(std::find(known.begin(), known.end(), *here) != known.end(), "formulations",
-              fmt::format("\"{}\" is none of {}", *here, fmt::join(known, ", ")));
+              config::none_of(*here, known));
     c.require(std::find(begin, here, *here) == here, "formulations", fmt::format("has \"{}\" twice", *here));
   }
   c.require(!s.formulations.empty(), "formulations", "must name at least one");

@@ -268,8 +268,6 @@ Part read_part(const fs::path& path) {
   return part;
 }
 
-namespace {
-
 bool has_part_mark(const fs::path& path) {
   const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (file < 0) return false;
@@ -278,8 +276,6 @@ bool has_part_mark(const fs::path& path) {
   ::close(file);
   return n == static_cast<ssize_t>(begin.size()) && begin == kAnyPartMark;
 }
-
-}  // namespace
 
 PartState part_state(const fs::path& path) {
   std::error_code error;

@@ -131,6 +131,9 @@ std::vector<std::filesystem::path> write_part_of(const std::filesystem::path& pa
                                                  const std::function<std::string(std::size_t)>& piece_bytes,
                                                  store::OldFile old = store::OldFile::replaced);
 
+/// True if the file begins as a part of any version does. Reads nothing else.
+bool has_part_mark(const std::filesystem::path& path);
+
 /// State of a part file.
 enum class PartState { missing, whole, damaged, foreign };
 PartState part_state(const std::filesystem::path& path);

@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/exit_codes.h"
+#include "cli/file_kind.h"
 #include "config/suggest.h"
 #include "store/table.h"
 
@@ -57,7 +58,7 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
     sub->add_option("config", a.config, "TOML config of an experiment")->required();
     sub->add_option("--set", a.set, "KEY=VALUE: replaces a key of the config, checked like one in the file")
         ->allow_extra_args(false);
-    sub->add_option("--trials", a.trials, "replaces the config's number of trials");
+    sub->add_option("--trials", a.trials, "replaces the config's number of trials: 20000, 2e4, 20k or 2M");
     sub->add_option("--seed", a.seed, "replaces the config's seed");
   };
   const auto thread_option = [&](CLI::App* sub) {
@@ -262,22 +263,24 @@ CommandWords words_of(const CLI::App& app) {
   return words;
 }
 
-/// The nearest of these words: one that differs by few typing errors, or the only one that begins so.
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
-  std::vector<std::string> longer;
-  for (const std::string& k : known) {
-    if (config::resembles(word, k)) return k;
-    if (word.size() > 1 && word != "--" && k.starts_with(word)) longer.push_back(k);
-  }
-  return longer.size() == 1 ? longer.front() : "";
-}
-
 /// Programs beside this one, for those who look for them here.
 std::string program_beside(const std::string& word) {
   for (const char* name : {"import", "plot", "report", "studies"})
     if (word == name) return fmt::format("surveymc-{}", name);
   return "";
 }
+
+/// What a command line without any word is answered: what the program is for, and the way to a first result.
+constexpr const char* kFirstSteps =
+    R"(surveymc computes how uncertain surveyed wells are: by the error models of the survey
+tools, and by Monte Carlo, which tells where their formulas hold. To begin with your own well:
+
+  surveymc new position_covariance -o well.toml   a config with an example survey: put in yours
+  surveymc run well.toml                          computes; the result is results/well.h5
+  surveymc show results/well.h5                   prints what is in it
+
+Other questions: surveymc list. All commands: surveymc --help.
+)";
 
 /// What is wrong with the first word that nobody expected, and what may be meant; "" if there is none.
 std::string unknown_word(const CLI::App& app) {
@@ -298,7 +301,7 @@ std::string unknown_word(const CLI::App& app) {
     for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
       known.push_back(sub->get_name());
   }
-  std::string near = nearest(word.starts_with("--") || !is_option ? word : "-" + word, known);
+  std::string near = config::nearest(word.starts_with("--") || !is_option ? word : "-" + word, known);
   if (near.empty() && is_option && !chosen.empty()) {  // before the command's name, or of another command
     for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
       for (const CLI::Option* o : sub->get_options())
@@ -306,6 +309,10 @@ std::string unknown_word(const CLI::App& app) {
           if ("--" + name == word) near = fmt::format("{} of surveymc {}", word, sub->get_name());
   }
   const std::string beside = is_option || !chosen.empty() ? "" : program_beside(word);
+  if (const FileKind kind = chosen.empty() && !is_option ? kind_of_file(written) : FileKind::unknown;
+      kind != FileKind::unknown)
+    return fmt::format("surveymc: {} is not expected: a command comes first, and this is {}", store::printable(written),
+                       what_to_do(written, kind));
   std::error_code error;
   const bool is_file = is_option && std::filesystem::exists(written, error);
   const std::string hint = !beside.empty() ? fmt::format(": this is a program of its own: {}", beside)
@@ -326,6 +333,10 @@ std::variant<CommandLine, int> read_command_line(int argc, char** argv, const st
   std::ostringstream unheard;
   std::ostream& out = silent ? unheard : std::cout;
   std::ostream& errors = silent ? unheard : std::cerr;
+  if (argc <= 1) {
+    errors << kFirstSteps;
+    return kUsage;
+  }
   try {
     app.parse(argc, argv);
     return line;

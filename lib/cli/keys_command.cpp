@@ -4,9 +4,11 @@
 #include <array>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include "cli/exit_codes.h"
+#include "cli/file_kind.h"
 #include "cli/screen.h"
 #include "config/suggest.h"
 #include "sweep/config_keys.h"
@@ -66,15 +68,19 @@ std::string as_blocks(const std::vector<Row>& rows, std::size_t width) {
 
 const study::Experiment& experiment_named(const std::vector<study::Experiment>& studies, const std::string& name,
                                           const std::string& command) {
-  std::string known, near;
+  std::vector<std::string> known;
   for (const study::Experiment& e : studies) {
     if (e.name() == name) return e;
-    if (near.empty() && (config::resembles(name, e.name()) || (name.size() > 2 && e.name().starts_with(name))))
-      near = e.name();
-    known += (known.empty() ? "" : ", ") + e.name();
+    known.push_back(e.name());
   }
-  throw UsageError(fmt::format("{} {}: no experiment has this name: {}", command, store::printable(name),
-                               near.empty() ? "there are " + known : fmt::format("did you mean {}?", near)));
+  if (const std::string own = experiment_of_config(name); !own.empty())
+    throw UsageError(
+        fmt::format("{0} {1}: must be the name of an experiment, but this is a config of one:\n  surveymc {0} {2}",
+                    command, store::printable(name), store::printable(own)));
+  const std::string near = config::nearest(name, known);
+  throw UsageError(fmt::format(
+      "{} {}: no experiment has this name: {}", command, store::printable(name),
+      near.empty() ? fmt::format("there are {}", fmt::join(known, ", ")) : fmt::format("did you mean {}?", near)));
 }
 
 std::string list_text(const std::vector<study::Experiment>& studies) {

@@ -3,20 +3,23 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/exit_codes.h"
 #include "cli/log.h"
 #include "cli/signals.h"
+#include "config/suggest.h"
 
 namespace surveymc::cli {
 
 const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config) {
-  std::string known;
+  std::vector<std::string> known;
   for (const study::Experiment& e : studies) {
     if (e.name() == config.experiment()) return e;
-    known += (known.empty() ? "" : ", ") + e.name();
+    known.push_back(e.name());
   }
-  config.fail("experiment", "must be one of " + known);
+  config.fail("experiment", fmt::format("must be one of {}{}", fmt::join(known, ", "),
+                                        config::suggestion(config.experiment(), known)));
 }
 
 namespace {
@@ -27,7 +30,7 @@ config::Config config_with_changes(const RunArguments& a) {
     require_usage(s.find('=') != std::string::npos && s.find('=') > 0, "--set {}: {}must be KEY=VALUE", s,
                   s.starts_with('=') ? "the key is missing: " : "");
   if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
-  if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
+  if (a.trials) overrides.push_back(fmt::format("trials={}", number_of_trials(*a.trials)));
   return config::Config::load(a.config, overrides);
 }
 

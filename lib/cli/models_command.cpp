@@ -8,7 +8,9 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "cli/exit_codes.h"
+#include "cli/file_kind.h"
 #include "config/error_model_file.h"
+#include "config/suggest.h"
 
 namespace surveymc::cli {
 namespace {
@@ -32,6 +34,9 @@ std::vector<config::SharedModel> models_of(const ModelsArguments& a) {
   std::vector<config::SharedModel> all;
   if (!a.name.empty()) {
     const config::ShippedModel* shipped = config::find_shipped_model(a.name);
+    const FileKind kind = shipped ? FileKind::unknown : kind_of_file(a.name);
+    require_usage(kind == FileKind::unknown, "models {}: must be the name of an error model, but this is {}", a.name,
+                  what_to_do(a.name, kind));
     require_usage(shipped != nullptr, "models {}: unknown error model: {}", a.name,
                   config::shipped_model_suggestion(a.name));
     return {config::load_shipped_model(*shipped)};
@@ -51,7 +56,10 @@ std::string models_text(const ModelsArguments& a) {
       return fmt::format(
           "# Error model {} of {}. Edit it, and name the file in a config: error_model.file = \"mine.toml\"\n{}",
           m->name, m->catalogue, config::model_text(*m));
-  throw InputError(fmt::format("models {}: {} has no model of this name", a.name, a.file));
+  std::vector<std::string> names;
+  for (const config::SharedModel& m : models) names.push_back(m->name);
+  throw InputError(
+      fmt::format("models {}: {} has no model of this name{}", a.name, a.file, config::suggestion(a.name, names)));
 }
 
 }  // namespace surveymc::cli

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "cli/exit_codes.h"
+#include "cli/file_kind.h"
 #include "cli/kept_work.h"
 #include "cli/load_run.h"
 #include "cli/log.h"
@@ -414,7 +415,9 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
 
 int status_of(const std::string& folder) {
   std::error_code error;
-  require(fs::is_directory(folder, error), "{}: is not a folder", folder);
+  const FileKind kind = kind_of_file(folder);
+  require(fs::is_directory(folder, error), "{}: is not a folder{}{}", folder, kind == FileKind::unknown ? "" : ", but ",
+          what_to_do(folder, kind));
   std::map<std::string, std::vector<ListedPart>> runs;
   std::size_t damaged = 0;
   for (const fs::path& path : files_with(folder, kExtension)) {

@@ -15,6 +15,7 @@
 #include "cli/command_words.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/file_kind.h"
 #include "cli/log.h"
 #include "cli/process_setup.h"
 #include "cli/rank_work.h"
@@ -24,6 +25,38 @@
 
 namespace surveymc::cli {
 namespace {
+
+/// Throws UsageError if a file of the command line is of a kind that its command does not take.
+void refuse_other_kinds(const CommandLine& line) {
+  const auto wants = [](const char* command, FileKind kind, std::initializer_list<std::string> files) {
+    for (const std::string& file : files) refuse_other_kind(command, file, kind);
+  };
+  switch (line.command) {
+    case Command::check:
+      return wants("check", FileKind::config, {line.arguments.config});
+    case Command::run:
+      return wants("run", FileKind::config, {line.arguments.config});
+    case Command::plan:
+      return wants("plan", FileKind::config, {line.arguments.config});
+    case Command::show:
+      return wants("show", FileKind::result, {line.shown.file});
+    case Command::diff:
+      return wants("diff", FileKind::result, {line.compared.a, line.compared.b});
+    case Command::refine:
+      return wants("refine", FileKind::result, {line.refined.file});
+    case Command::rerun:
+      return wants("rerun", FileKind::result, {line.file});
+    case Command::models:
+      return wants("models --file", FileKind::error_models, {line.models.file});
+    case Command::merge:
+      for (const std::string& file : line.parts)
+        if (line.parts.size() == 1 || kind_of_file(file) != FileKind::result)  // several results: rounds of a sweep
+          refuse_other_kind("merge", file, FileKind::part);
+      return;
+    default:
+      return;
+  }
+}
 
 /// Runs the command of the command line; its exit code.
 int run_command(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
@@ -42,6 +75,7 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
     log_only_warnings();
     if (!std::freopen("/dev/null", "w", stdout)) throw IoError("/dev/null: cannot be opened");
   }
+  refuse_other_kinds(line);
   switch (line.command) {
     case Command::list:
       return fmt::print("{}", list_text(studies)), kDone;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/count.h"
 #include "cli/exit_codes.h"
 #include "cli/provenance.h"
 #include "cli/rank_work.h"
@@ -36,6 +37,12 @@ std::uint64_t whole_number(const std::string& option, const std::string& text) {
   require_usage(error == std::errc() && end == text.data() + text.size() && !text.empty() && value < (1ull << 63),
                 "{} {}: must be a whole number, 0 or more", option, text);
   return value;
+}
+
+std::uint64_t number_of_trials(const std::string& text) {
+  const std::optional<std::uint64_t> count = count_of(text);
+  require_usage(count.has_value(), "--trials {}: must be a whole number, 0 or more, such as 20000, 2e4 or 20k", text);
+  return *count;
 }
 
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress, bool part) {

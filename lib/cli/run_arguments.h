@@ -31,6 +31,9 @@ store::OldFile old_file(const RunArguments& a);
 /// A whole number that an option was given.
 std::uint64_t whole_number(const std::string& option, const std::string& text);
 
+/// What --trials was given: 20000, 2e4, 20k or 2.5M.
+std::uint64_t number_of_trials(const std::string& text);
+
 /// Options of a run, with this stop flag. `part`: not all of its points are run.
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress, bool part);
 

@@ -16,6 +16,7 @@
 #include "cli/screen.h"
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
+#include "config/suggest.h"
 #include "store/json.h"
 #include "store/large_files.h"
 #include "store/result_file.h"
@@ -243,8 +244,9 @@ void show_result(const ShowArguments& a, const store::Result& r) {
   }
   if (print_one(a, r)) return;
   const store::Table list = list_of(r);
-  throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name,
-                               fmt::join(std::get<std::vector<std::string>>(list.column("name").values), ", ")));
+  const auto& names = std::get<std::vector<std::string>>(list.column("name").values);
+  throw InputError(fmt::format("{}: table {}: not in this file, which has {}{}", a.file, a.name, fmt::join(names, ", "),
+                               config::suggestion(a.name, names)));
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "config/meanings.h"
+#include "config/suggest.h"
 
 namespace surveymc::compare {
 namespace {
@@ -18,15 +20,23 @@ bool covers(const Row& entry, const Row& row) {
 void require_known(const config::ConfigReader& entry, const std::string& key, const Row& name,
                    const std::vector<Row>& rows) {
   if (std::any_of(rows.begin(), rows.end(), [&](const Row& r) { return covers(name, r); })) return;
-  std::string known;
-  for (const Row& r : rows)
-    if (r.table == name.table && known.find(" " + r.quantity + ",") == std::string::npos)
-      known += " " + r.quantity + ",";
-  if (!known.empty()) known.pop_back();
-  entry.fail(key, known.empty() ? fmt::format("no row of table \"{}\"; there is no such table", name.table)
-                                : fmt::format("no row \"{}\"{}; the quantities of \"{}\" are{}", name.quantity,
-                                              name.formulation.empty() ? "" : " of \"" + name.formulation + "\"",
-                                              name.table, known));
+  std::vector<std::string> tables, quantities, formulations;
+  const auto add = [](std::vector<std::string>& names, const std::string& other) {
+    if (std::find(names.begin(), names.end(), other) == names.end()) names.push_back(other);
+  };
+  for (const Row& r : rows) {
+    add(tables, r.table);
+    if (r.table == name.table) add(quantities, r.quantity);
+    if (r.table == name.table && r.quantity == name.quantity) add(formulations, r.formulation);
+  }
+  if (quantities.empty())
+    entry.fail(key, fmt::format("no row of table \"{}\"; there is no such table{}", name.table,
+                                config::suggestion(name.table, tables)));
+  entry.fail(key, fmt::format("no row \"{}\"{}; the quantities of \"{}\" are {}{}", name.quantity,
+                              name.formulation.empty() ? "" : " of \"" + name.formulation + "\"", name.table,
+                              fmt::join(quantities, ", "),
+                              formulations.empty() ? config::suggestion(name.quantity, quantities)
+                                                   : config::suggestion(name.formulation, formulations)));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "compare/trial_plan.h"
+#include "config/suggest.h"
 #include "estimate/estimators.h"
 
 namespace surveymc::compare {
@@ -180,7 +181,7 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<Row>
       once.push_back(row.quantity);
   for (const std::string& q : rule.quantities)
     if (std::find(once.begin(), once.end(), q) == once.end())
-      c.fail("calibration.quantities", fmt::format("\"{}\" is none of {}", store::printable(q), fmt::join(once, ", ")));
+      c.fail("calibration.quantities", config::none_of(q, once));
   return rule;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "compare/table_rows.h"
+#include "config/suggest.h"
 #include "stats/intervals.h"
 #include "stats/variance_shares.h"
 
@@ -24,10 +25,10 @@ const store::Table& table_of_quantity(const config::SensitivityRule& rule,
   for (const store::Table& t : tables)
     if (t.name == quantity.table) {
       const store::Column* c = t.find_column(quantity.column);
-      std::string names;
-      for (const store::Column& other : t.columns) names += (names.empty() ? "" : ", ") + other.name;
-      require(c != nullptr, "sensitivity.quantity: table {} has no column {}; it has {}", t.name, quantity.column,
-              names);
+      std::vector<std::string> names;
+      for (const store::Column& other : t.columns) names.push_back(other.name);
+      require(c != nullptr, "sensitivity.quantity: table {} has no column {}; it has {}{}", t.name, quantity.column,
+              fmt::join(names, ", "), config::suggestion(quantity.column, names));
       require(std::holds_alternative<std::vector<double>>(c->values),
               "sensitivity.quantity: {}.{} must be a column of numbers", t.name, quantity.column);
       for (const auto& [column, word] : rule.where) {
@@ -37,7 +38,10 @@ const store::Table& table_of_quantity(const config::SensitivityRule& rule,
       }
       return t;
     }
-  throw InputError(fmt::format("sensitivity.quantity: the result has no table {}", quantity.table));
+  std::vector<std::string> names;
+  for (const store::Table& t : tables) names.push_back(t.name);
+  throw InputError(fmt::format("sensitivity.quantity: the result has no table {}{}", quantity.table,
+                               config::suggestion(quantity.table, names)));
 }
 
 /// A key of the sweep with its value at every point that counts.

@@ -41,19 +41,19 @@ std::vector<Row> read_decisive_rows(config::ConfigReader& c, const std::vector<R
   for (const std::string& name : c.texts("stop.verdict",
                                          "end the run when each of these rows agrees or differs: `table.quantity`, or "
                                          "`table.quantity.formulation`")) {
-    std::string known, meant;
+    std::vector<std::string> known, all;
     const std::size_t before = rows.size();
     for (const Row& row : judged) {
       const std::string shorter = row.table + "." + row.quantity,
                         longer = shorter + (row.formulation.empty() ? "" : "." + row.formulation);
       if (name == shorter || name == longer) rows.push_back(row);
-      known += (known.empty() ? "" : ", ") + longer;
-      for (const std::string& row_name : {shorter, longer})
-        if (meant.empty() && config::resembles(name, row_name)) meant = fmt::format("did you mean {}? ", row_name);
+      known.push_back(longer);
+      all.insert(all.end(), {shorter, longer});
     }
     if (rows.size() == before)
-      c.fail("stop.verdict", fmt::format("\"{}\" is no row with a margin that trials can decide: {}must be of {}",
-                                         store::printable(name), meant, known));
+      c.fail("stop.verdict",
+             fmt::format("\"{}\" is no row with a margin that trials can decide: must be of {}{}",
+                         store::printable(name), fmt::join(known, ", "), config::suggestion(name, all)));
   }
   return rows;
 }
@@ -95,7 +95,7 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<Row>& rows,
   plan.quantities = c.texts("stop.quantities", "quantities whose intervals end the run");
   for (const std::string& q : plan.quantities)
     if (std::find(stoppable.begin(), stoppable.end(), q) == stoppable.end())
-      c.fail("stop.quantities", fmt::format("\"{}\" is none of {}", q, fmt::join(stoppable, ", ")));
+      c.fail("stop.quantities", config::none_of(q, stoppable));
   const bool corrected =
       c.choice("stop.correction", {"none", "bonferroni"},
                "'bonferroni': fewer looks, and intervals that hold at all of them", "none") == "bonferroni";

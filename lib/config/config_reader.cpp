@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/count.h"
 #include "config/config.h"
 #include "config/config_point.h"
 #include "config/config_value.h"
@@ -39,6 +40,19 @@ std::string integer_rule(std::int64_t lo, std::int64_t hi) {
   if (hi == Limits::max()) return fmt::format("must be >= {}", lo);
   if (lo == Limits::min()) return fmt::format("must be <= {}", hi);
   return fmt::format("must be in [{}, {}]", lo, hi);
+}
+
+/// The integer of a node, which may be written as 1e6.
+std::optional<std::int64_t> whole(const TomlNode& n) {
+  if (n.kind == TomlNode::Kind::integer) return n.integer;
+  if (n.kind != TomlNode::Kind::real || n.real != std::floor(n.real) || std::abs(n.real) >= 0x1p53) return std::nullopt;
+  return static_cast<std::int64_t>(n.real);
+}
+
+/// TOML has no 10k.
+std::string count_hint(const TomlNode& n) {
+  const std::optional<std::uint64_t> count = n.is_text() ? count_of(n.text) : std::nullopt;
+  return count ? fmt::format(": write {} without quotes", *count) : "";
 }
 
 /// Of a table with a name, `[estimator] name = ...` asked for as `estimator`, the name; else `value`.
@@ -221,9 +235,10 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std:
     return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi)))};
   });
   if (!value) return *fallback;
-  if (value.node->kind != TomlNode::Kind::integer) value.fail_type("must be an integer");
-  if (value.node->integer < lo || value.node->integer > hi) value.fail(integer_rule(lo, hi));
-  return value.node->integer;
+  const std::optional<std::int64_t> x = whole(*value.node);
+  if (!x) value.fail_type(fmt::format("must be an integer{}", count_hint(*value.node)));
+  if (*x < lo || *x > hi) value.fail(integer_rule(lo, hi));
+  return *x;
 }
 
 bool ConfigReader::boolean(const std::string& key, std::string_view meaning, bool fallback) {
@@ -250,7 +265,7 @@ std::string ConfigReader::choice(const std::string& key, const std::vector<std::
   });
   if (!value) return *fallback;
   const std::string word = choice_word(*value.node);
-  if (!contains(allowed, word)) value.fail_type(choice_rule(allowed));
+  if (!contains(allowed, word)) value.fail_type(choice_rule(allowed) + suggestion(word, allowed));
   return word;
 }
 

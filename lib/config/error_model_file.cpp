@@ -27,13 +27,6 @@ using em::Variable;
 
 // ----------------------------------------------------------------------------------------------------------- functions
 
-/// A name of the list that resembles a wrong one, for the end of a message.
-std::string suggestion(const std::string& wrong, const std::vector<std::string>& names) {
-  for (const std::string& name : names)
-    if (resembles(wrong, name)) return fmt::format("; did you mean {}?", in_quotes(name));
-  return "";
-}
-
 /// The entry of a function in its file, and what is wrong with one of its formulas.
 class FunctionEntry {
  public:

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
+#include "config/suggest.h"
 #include "config/text.h"
 #include "survey/survey.h"
 
@@ -42,10 +43,14 @@ std::string spellings(const ReadingKind& kind, const char* stem) {
       if (stem == known)
         throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, shortened(name),
                                      name == stem ? "the unit is missing" : "unknown unit", spellings(kind, known)));
+  std::vector<std::string> names;
+  for (const ReadingKind& kind : reading_kinds())
+    for (const char* stem_of : kind.stems)
+      for (const auto& u : kind.units) names.push_back(fmt::format("{}_{}", stem_of, u.first));
   throw InputError(
       fmt::format("{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a file "
-                  "of readings has md_m or md_ft, gx, gy, gz in _mps2 or _mg, and bx, by, bz in _nT or _uT",
-                  table.path, table.names_line, shortened(name)));
+                  "of readings has md_m or md_ft, gx, gy, gz in _mps2 or _mg, and bx, by, bz in _nT or _uT{}",
+                  table.path, table.names_line, shortened(name), suggestion(name, names)));
 }
 
 /// The seven columns in the order of reading_kinds(), in SI.

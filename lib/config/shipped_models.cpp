@@ -80,8 +80,9 @@ InputText shipped_document(const ShippedModel& model) {
 }
 
 std::string shipped_model_suggestion(const std::string& name) {
-  for (const ShippedModel& m : shipped_models())
-    if (resembles(name, m.name)) return fmt::format("did you mean {}?", in_quotes(m.name));
+  std::vector<std::string> names;
+  for (const ShippedModel& m : shipped_models()) names.push_back(m.name);
+  if (const std::string near = suggestion(name, names); !near.empty()) return near.substr(2);  // without "; "
   std::string begin;
   for (const ShippedModel& m : shipped_models())
     if (begin.size() < 60 && !name.empty() && m.name.starts_with(name))

@@ -1,6 +1,7 @@
 #include "config/suggest.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "config/key_log.h"
+#include "config/text.h"
 #include "config/toml_tree.h"
 
 namespace surveymc::config {
@@ -19,8 +21,13 @@ constexpr std::string_view kUnits =
     " nt ut mt t gauss deg rad mrad arcmin arcsec turn m ft km cm mm in mi mps2 ms2 gal g mg ug s ms min h hr day d hz"
     " khz rpm pa kpa mpa bar psi k c f kg n kn pct percent ppm m2 nt2 deg2 m3 mps m3ps ";
 
-bool is_unit(std::string s) {
+std::string small_letters(std::string s) {
   for (char& c : s) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return s;
+}
+
+bool is_unit(const std::string& name) {
+  const std::string s = small_letters(name);
   return !s.empty() && kUnits.find(" " + s + " ") != std::string_view::npos;
 }
 
@@ -33,8 +40,10 @@ Suffixed split_suffix(const std::string& name) {
   return {name.substr(0, bar), name.substr(bar + 1)};
 }
 
-/// Number of single typing errors (one letter more, less or other; two neighbours swapped) between two words.
-std::size_t typing_errors(const std::string& a, const std::string& b) {
+/// Number of single typing errors (one letter more, less or other; two neighbours swapped) between two words, whatever
+/// their case.
+std::size_t typing_errors(const std::string& first, const std::string& second) {
+  const std::string a = small_letters(first), b = small_letters(second);
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {
     for (std::size_t j = 0; j <= b.size(); ++j) {
@@ -51,6 +60,24 @@ std::size_t typing_errors(const std::string& a, const std::string& b) {
 }
 
 std::string alternatives(const std::set<std::string>& words) { return fmt::format("{}", fmt::join(words, " or ")); }
+
+/// The names with the fewest typing errors, of those that resemble the word; else those that begin with it. None if
+/// they are many.
+std::set<std::string> near_names(const std::string& word, const std::vector<std::string>& names) {
+  std::set<std::string> alike, longer;
+  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  for (const std::string& name : names) {
+    if (word.size() > 1 && small_letters(name).starts_with(small_letters(word))) longer.insert(name);
+    if (!resembles(word, name)) continue;
+    const std::size_t errors = typing_errors(word, name);
+    if (errors < fewest) alike.clear();
+    if (errors <= fewest) alike.insert(name);
+    fewest = std::min(fewest, errors);
+  }
+  constexpr std::size_t kFew = 4;
+  const std::set<std::string>& near = alike.empty() ? longer : alike;
+  return near.size() <= kFew ? near : std::set<std::string>{};
+}
 
 }  // namespace
 
@@ -77,9 +104,24 @@ std::string describe(UnitFault fault) {
 }
 
 bool resembles(const std::string& a, const std::string& b) {
+  if (small_letters(a) == small_letters(b)) return true;
   const auto [shortest, longest] = std::minmax({a.size(), b.size()});
   const std::size_t allowed = std::clamp<std::size_t>(shortest / 3, 1, 3);
   return shortest > 1 && longest <= 200 && longest - shortest <= allowed && typing_errors(a, b) <= allowed;
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& names) {
+  return alternatives(near_names(word, names));
+}
+
+std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
+  std::set<std::string> quoted;
+  for (const std::string& name : near_names(word, names)) quoted.insert(in_quotes(name));
+  return quoted.empty() ? "" : fmt::format("; did you mean {}?", alternatives(quoted));
+}
+
+std::string none_of(const std::string& word, const std::vector<std::string>& names) {
+  return fmt::format("{} is none of {}{}", in_quotes(word), fmt::join(names, ", "), suggestion(word, names));
 }
 
 std::string unknown_key_rule(const std::string& path, const std::string& name, const std::set<std::string>& known) {

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
+#include "config/suggest.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -54,10 +55,13 @@ std::string spellings(const Known& k) {
     if (stem == k.stem)
       throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, shortened(name),
                                    name == stem ? "the unit is missing" : "unknown unit", spellings(k)));
+  std::vector<std::string> names;
+  for (const Known& k : known_columns())
+    for (const auto& u : k.units) names.push_back(fmt::format("{}_{}", k.stem, u.first));
   throw InputError(fmt::format(
       "{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a survey "
-      "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft",
-      table.path, table.names_line, shortened(name)));
+      "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft{}",
+      table.path, table.names_line, shortened(name), suggestion(name, names)));
 }
 
 }  // namespace

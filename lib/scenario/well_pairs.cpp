@@ -11,6 +11,7 @@
 
 #include "base/units.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 #include "scenario/scenario.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
@@ -268,10 +269,11 @@ Formulation formulation_of(const config::ConfigReader& c, const std::string& wor
   if (word == "pad") return {word, Formulation::Kind::sharing, Sharing::pad};
   if (word == "shared") return {word, Formulation::Kind::shared_hole};
   if (word == "zeroed") return {word, Formulation::Kind::zeroed};
-  c.fail("separation.formulations",
-         fmt::format("\"{}\" is none of \"independent\", \"geomagnetic\", \"global\", \"pad\", \"shared\", \"zeroed\" "
-                     "and {{ name, codes }}",
-                     word));
+  c.fail(
+      "separation.formulations",
+      fmt::format("\"{}\" is none of \"independent\", \"geomagnetic\", \"global\", \"pad\", \"shared\", \"zeroed\" "
+                  "and {{ name, codes }}{}",
+                  word, config::suggestion(word, {"independent", "geomagnetic", "global", "pad", "shared", "zeroed"})));
 }
 
 using CodeAndMode = std::pair<std::string, PropagationMode>;

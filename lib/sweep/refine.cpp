@@ -10,6 +10,7 @@
 #include "base/units.h"
 #include "compare/family.h"
 #include "compare/sensitivity.h"
+#include "config/suggest.h"
 #include "stats/order_statistics.h"
 #include "study/sweep_columns.h"
 
@@ -337,9 +338,10 @@ namespace {
 
 const store::Column& column_or_fail(const store::Table& t, const std::string& name, const config::RefineRule& rule) {
   if (const store::Column* c = t.find_column(name)) return *c;
-  std::string names;
-  for (const store::Column& c : t.columns) names += (names.empty() ? "" : ", ") + c.name;
-  throw InputError(fmt::format("{}: refine: table {} has no column {}; it has {}", rule.place, t.name, name, names));
+  std::vector<std::string> names;
+  for (const store::Column& c : t.columns) names.push_back(c.name);
+  throw InputError(fmt::format("{}: refine: table {} has no column {}; it has {}{}", rule.place, t.name, name,
+                               fmt::join(names, ", "), config::suggestion(name, names)));
 }
 
 std::string cell_text(const store::Column& c, std::size_t row) {
@@ -385,8 +387,12 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
   config::RefineRule rule = config::refine_rule_of(result.provenance.config, label);
   const auto named = std::find_if(result.tables.begin(), result.tables.end(),
                                   [&](const store::Table& t) { return t.name == rule.table; });
-  if (named == result.tables.end())
-    throw InputError(fmt::format("{}: refine.quantity: the result has no table {}", rule.place, rule.table));
+  if (named == result.tables.end()) {
+    std::vector<std::string> names;
+    for (const store::Table& t : result.tables) names.push_back(t.name);
+    throw InputError(fmt::format("{}: refine.quantity: the result has no table {}{}", rule.place, rule.table,
+                                 config::suggestion(rule.table, names)));
+  }
   const store::Table held = store::rows_of(*named, 0, named->rows());
   const store::Column& value = column_or_fail(held, rule.column, rule);
   if (rule.verdict.empty() && std::holds_alternative<std::vector<std::string>>(value.values))

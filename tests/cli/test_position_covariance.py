@@ -418,7 +418,7 @@ class Models(CovarianceCase):
                 self.write("bad.toml", "\n".join(bad) + "\n")
                 message = self.refused(BAD_INPUT, "run", "mine.toml", says=rf"bad\.toml:{row + 1}: ")
                 self.assertIn(says, message)
-        self.refused(BAD_INPUT, "run", "base.toml", "--set", "error_model=iscwsa", says="unknown error model: there are \"iscwsa_mwd_rev4\"")
+        self.refused(BAD_INPUT, "run", "base.toml", "--set", "error_model=iscwsa", says="unknown error model: did you mean \"iscwsa_mwd_rev4\" or ")
         self.refused(BAD_INPUT, "run", "mine.toml", "--set", "error_model.file=none.toml", says="cannot be read")
 
     def test_sweep_over_models_and_field(self):

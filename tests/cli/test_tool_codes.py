@@ -83,7 +83,7 @@ class Models(CodesCase):
         self.refused(BAD_INPUT, "models", "c", "--file", "own.toml", says="has no model of this name")
         self.write("own.toml", OWN.replace("AzM", "AzX"))
         self.refused(BAD_INPUT, "models", "--file", "own.toml", says=r'own.toml:3: function OWN: azimuth = .*: column 16: '
-                                                                     r'unknown variable "AzX"; did you mean "AzM"\?')
+                                                                     r'unknown variable "AzX"; did you mean "AzM" or "AzT"\?')
 
     def test_a_file_of_several_models_needs_a_name(self):
         self.write("own.toml", OWN)

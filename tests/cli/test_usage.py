@@ -40,7 +40,8 @@ class CommandLine(Case):
                 self.refused(USAGE, command, "--nonsense", says="--nonsense is not expected")
         for words, says in [
             (["run", "base.toml", "--trial", "600"], "--trial 600: .*numbered 0 to 599"),
-            (["run", "base.toml", "--trials", "many"], "--trials many: must be a whole number"),
+            *[(["run", "base.toml", "--trials", n], f"--trials {re.escape(n)}: must be a whole number, 0 or more, such as 20000, 2e4 or 20k")
+              for n in ["many", "1.5", "10 k", "10kk", "k", "1e", "-1", "1,000", "1e16", "nan", "inf"]],
             (["run", "base.toml", "--max-seconds", "nan"], "--max-seconds: must be a finite number, not nan"),
             (["run", "base.toml", "--checkpoint-seconds", "nan"], "must be a finite number"),
             (["diff", "a.h5", "b.h5", "--level", "nan"], "must be a finite number"),
@@ -65,6 +66,67 @@ class CommandLine(Case):
         ]:
             with self.subTest(words=words):
                 self.refused(USAGE, *words, says=says)
+
+    def test_numbers_of_trials_as_people_write_them(self):
+        for words, trials in [(["--trials", "1e3"], 1000), (["--trials", "2.5k"], 2500), (["--trials", "2M"], 2000000), (["--trials", "700"], 700),
+                              (["--set", "trials=1e3"], 1000)]:
+            with self.subTest(words=words):
+                out = self.call("check", "base.toml", *words).stdout
+                self.assertRegex(out, rf"(?m)^trials = {trials}(\.0)?$")
+                self.assertIn(f", {trials} trials in all", out)
+
+    def test_a_file_of_another_kind_is_named_with_the_commands_for_it(self):
+        self.call("run", "base.toml", "-o", "out.h5", timeout=60)
+        (self.folder / "parts").mkdir()
+        self.call("run", "base.toml", "--shard", "0/2", "-o", "parts/a.part", timeout=60)
+        self.write("tool.toml", self.call("models", "MWD+IFR1").stdout)
+        self.write("readings.csv", "# six axes\nmd_m,gx_mps2,gy_mps2,gz_mps2,bx_nT,by_nT,bz_nT\n")
+        self.write("gauges.csv", "timestamp,pdg_kPa\n")
+        self.write("run.h5.journal.host.12", "SMCJRNL1")
+        kinds = {
+            "base.toml": ("a config", ["surveymc check base.toml", "surveymc run base.toml"]),
+            "out.h5": ("a result", ["surveymc show out.h5", "surveymc rerun out.h5"]),
+            "parts/a.part": ("a part of a run", ["surveymc status parts", "surveymc merge parts -o result.h5"]),
+            "survey.csv": ("a survey", ["surveymc new position_covariance -o well.toml", "surveymc run well.toml --set survey.file=survey.csv"]),
+            "readings.csv": ("a table of readings", ["surveymc new estimate -o readings.toml", "surveymc run readings.toml --set readings=readings.csv"]),
+            "gauges.csv": ("a table of gauges over time", ["surveymc new drift_monitoring -o gauges.toml"]),
+            "tool.toml": ("a file of error models", ["surveymc models --file tool.toml"]),
+            "run.h5.journal.host.12": ("the finished work of an interrupted run", ["surveymc run CONFIG --resume -o run.h5"]),
+        }
+        wants = {"check": "a config", "run": "a config", "plan": "a config", "show": "a result", "rerun": "a result", "refine": "a result",
+                 "diff": "a result", "merge": "a part of a run", "models --file": "a file of error models"}
+        rest = {"plan": ["--count"], "refine": ["-o", "next.toml"], "diff": ["out.h5"], "merge": ["-o", "new.h5"]}
+        for command, wanted in wants.items():
+            for file, (kind, commands) in kinds.items():
+                if kind == wanted:
+                    continue
+                with self.subTest(command=command, file=file):
+                    self.refused(USAGE, *command.split(), file, *rest.get(command, []), says=re.escape(
+                        f"error: {command} {file}: must be {wanted}, but this is {kind}; commands for it:\n  " + "\n  ".join(commands)))
+        self.refused(USAGE, "base.toml", says="base.toml is not expected: a command comes first, and this is a config; commands for it:\n"
+                                              "  surveymc check base.toml\n")
+        self.refused(BAD_INPUT, "status", "parts/a.part", says="parts/a.part: is not a folder, but a part of a run; .*:\n  surveymc status parts")
+        for command in ("keys", "new"):
+            self.refused(USAGE, command, "base.toml", says=f"this is a config of one:\n  surveymc {command} msa_position")
+        self.refused(USAGE, "models", "tool.toml", says="this is a file of error models; .*:\n  surveymc models --file tool.toml")
+        self.call(*self.call("show", "base.toml", code=USAGE).stderr.splitlines()[1].split()[1:])  # the first command works as it stands
+
+    def test_the_name_that_is_meant_is_offered_whatever_the_case(self):
+        for code, words, says in [
+            (USAGE, ["keys", "MSA_Position"], "did you mean msa_position\\?"), (USAGE, ["new", "Clearence"], "did you mean clearance\\?"),
+            (USAGE, ["keys", "msa"], "did you mean msa_benefit or msa_position\\?"), (USAGE, ["new", "xyz"], "there are msa_position, "),
+            (USAGE, ["models", "mwd+ifr1"], 'did you mean "MWD\\+IFR1"\\?'), (USAGE, ["SHOW", "x.h5"], "did you mean show\\?"),
+            (USAGE, ["run", "base.toml", "--Trials", "5"], "did you mean --trials\\?"),
+            (BAD_INPUT, ["check", "base.toml", "--set", "experiment=MSA_Position"], 'must be one of .*; did you mean "msa_position"\\?'),
+            (BAD_INPUT, ["check", "base.toml", "--set", "estimator=MSA_Weighted"], 'must be one of .*; did you mean "msa_weighted"\\?'),
+            (BAD_INPUT, ["check", "base.toml", "--set", "survey.toolface_zero=X"], 'must be one of "x", "y"; did you mean "x"\\?'),
+            (BAD_INPUT, ["check", "base.toml", "--set", "FIELD.dip_deg=60"], "did you mean field\\?"),
+            (BAD_INPUT, ["check", "base.toml", "--set", "Trials=600"], "did you mean trials\\?"),
+        ]:
+            with self.subTest(words=words):
+                self.refused(code, *words, says=says)
+        self.call("run", "base.toml", "-o", "out.h5", timeout=60)
+        self.refused(BAD_INPUT, "show", "out.h5", "Postion", says='not in this file, which has .*; did you mean "position"\\?')
 
     def test_what_the_config_forbids_is_65(self):
         self.refused(BAD_INPUT, "run", "base.toml", "--trials", "1", says="trials = 1: must be in")

@@ -186,12 +186,13 @@ TEST_CASE("Config: a number out of range says place, value, rule") {
 }
 
 TEST_CASE("Config: values have the kind that was asked for") {
-  const std::string body = "i = 3\nx = 3.0\ns = 'abc'\nb = true\na = [1]\nd = 2020-01-01\n[t]\nk = 1\n";
+  const std::string body = "i = 3\nx = 3.0\ns = 'abc'\nb = true\na = [1]\nd = 2020-01-01\n[t]\nk = 1\nh = 3.5\n";
   auto config = config_of(body);
   auto r = config.reader(0);
   CHECK(r.number("i", kAny, "") == 3);  // an integer is a number
   CHECK(r.number("x", kAny, "") == 3);
   CHECK(r.integer("i", 0, 3, "") == 3);
+  CHECK(r.integer("x", 0, 3, "") == 3);  // as one writes 1e6 trials
   CHECK(r.text("s", "") == "abc");
   CHECK(r.boolean("b", "", false));
   CHECK(r.choice("s", {"x", "abc"}, "") == "abc");
@@ -203,8 +204,9 @@ TEST_CASE("Config: values have the kind that was asked for") {
   CHECK(of([](ConfigReader& q) { q.number("d", kAny, ""); }) == "t.toml:8: d = 2020-01-01: must be a number");
   CHECK(of([](ConfigReader& q) { q.number("t", kAny, ""); }) == "t.toml:9: t: must be a number");
   CHECK(of([](ConfigReader& q) { q.number("s", kAny, "", 1); }) == "t.toml:5: s = \"abc\": must be a number");
-  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9, ""); }) == "t.toml:4: x = 3.0: must be an integer");
-  CHECK(of([](ConfigReader& q) { q.integer("x", 0, 9, "", 1); }) == "t.toml:4: x = 3.0: must be an integer");
+  CHECK(of([](ConfigReader& q) { q.integer("x", 4, 9, ""); }) == "t.toml:4: x = 3: must be in [4, 9]");
+  CHECK(of([](ConfigReader& q) { q.integer("t.h", 0, 9, ""); }) == "t.toml:11: t.h = 3.5: must be an integer");
+  CHECK(of([](ConfigReader& q) { q.integer("t.h", 0, 9, "", 1); }) == "t.toml:11: t.h = 3.5: must be an integer");
   CHECK(of([](ConfigReader& q) { q.integer("s", 0, 9, ""); }) == "t.toml:5: s = \"abc\": must be an integer");
   CHECK(of([](ConfigReader& q) { q.integer("i", 4, 9, ""); }) == "t.toml:3: i = 3: must be in [4, 9]");
   CHECK(of([](ConfigReader& q) { q.integer("i", 4, INT64_MAX, ""); }) == "t.toml:3: i = 3: must be >= 4");
@@ -379,9 +381,10 @@ TEST_CASE("Config: a string where a table is expected is the table's name") {
         "t.toml:3: estimator: is odd");
 
   const auto read = [](ConfigReader& r) { r.choice("estimator.name", {"msa", "wls"}, ""); };
-  CHECK(fault("estimator = 'mas'\n", read) == "t.toml:3: estimator = \"mas\": must be one of \"msa\", \"wls\"");
+  CHECK(fault("estimator = 'mas'\n", read) ==
+        "t.toml:3: estimator = \"mas\": must be one of \"msa\", \"wls\"; did you mean \"msa\"?");
   CHECK(fault("[estimator]\nname = 'mas'\n", read) ==
-        "t.toml:4: estimator.name = \"mas\": must be one of \"msa\", \"wls\"");
+        "t.toml:4: estimator.name = \"mas\": must be one of \"msa\", \"wls\"; did you mean \"msa\"?");
   CHECK(fault("estimator = 3\n", read) == "t.toml:3: estimator = 3: must be a table: write [estimator]");
   CHECK(fault("field = 'x'\n", [](ConfigReader& r) { r.number("field.total_nT", kAny, ""); }) ==
         "t.toml:3: field.total_nT: missing (field is only a name)");
@@ -728,8 +731,10 @@ TEST_CASE("Overrides: values are checked like those of the file, and the argumen
         "--set field.dip_deg=95: field.dip_deg = 95: must be in [-90, 90]");
   CHECK(of("field.dip_deg=12,5", [](ConfigReader& r) { r.number("field.dip_deg", kAny, ""); }) ==
         "--set field.dip_deg=12,5: field.dip_deg = \"12,5\": must be a number");
-  CHECK(of("trials=1e4", [](ConfigReader& r) { r.integer("trials", 1, INT64_MAX, ""); }) ==
-        "--set trials=1e4: trials = 10000.0: must be an integer");
+  CHECK(of("trials=1.5e0", [](ConfigReader& r) { r.integer("trials", 1, INT64_MAX, ""); }) ==
+        "--set trials=1.5e0: trials = 1.5: must be an integer");
+  CHECK(of("trials=10k", [](ConfigReader& r) { r.integer("trials", 1, INT64_MAX, ""); }) ==
+        "--set trials=10k: trials = \"10k\": must be an integer: write 10000 without quotes");
   CHECK(of("seed=-4", [](ConfigReader&) {}) == "--set seed=-4: seed = -4: must be in [0, 9223372036854775807]");
 }
 

@@ -136,11 +136,12 @@ TEST_CASE("A bad function is refused with its line, name, formula, column and ru
     CAPTURE(rest);
     CHECK_THROWS_WITH(read(function(rest) + model("")), StartsWith("tool.toml:" + message));
   };
+  refused("azimuth = 'Sin(Inc) * Cos(AzX)'",
+          "3: function F: azimuth = \"Sin(Inc) * Cos(AzX)\": column 16: unknown variable \"AzX\"; did you mean \"AzM\" "
+          "or \"AzT\"?");
   refused(
-      "azimuth = 'Sin(Inc) * Cos(AzX)'",
-      "3: function F: azimuth = \"Sin(Inc) * Cos(AzX)\": column 16: unknown variable \"AzX\"; did you mean \"AzM\"?");
-  refused("azimuth = 'Sinn(Inc)'",
-          "3: function F: azimuth = \"Sinn(Inc)\": column 1: unknown function \"Sinn\"; did you mean \"Sin\"?");
+      "azimuth = 'Sinn(Inc)'",
+      "3: function F: azimuth = \"Sinn(Inc)\": column 1: unknown function \"Sinn\"; did you mean \"Sign\" or \"Sin\"?");
   refused(
       "azimuth = 'Qwertz'",
       "3: function F: azimuth = \"Qwertz\": column 1: unknown variable \"Qwertz\"; there are MD, MDPrev, TVD, Inc, ");
