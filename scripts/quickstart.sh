@@ -1,23 +1,41 @@
 #!/usr/bin/env bash
-# From a fresh machine to the main result: installs what is missing, builds, runs test 4 of the thesis, prints its
-# comparison table, draws its figures, and says where they are.
+# From a fresh machine to a first result: installs what is missing, builds, runs test 4 of the thesis, prints what it
+# found, draws its figures, and says how to go on. What takes many lines goes to a log.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+mkdir -p build results
+log=build/quickstart.log
+result=results/quickstart.h5
+: >"$log"
+
+# Runs a command, its output to the log; if it fails, says so with the last lines of it.
+logged() {
+  if "$@" >>"$log" 2>&1; then return; fi
+  tail -n 15 "$log" >&2
+  echo "quickstart.sh: failed: $*: the last lines are above, all are in $log" >&2
+  exit 1
+}
+
+minutes() { if [ "$1" -lt 100 ]; then echo "$1 s"; else echo "$((($1 + 30) / 60)) min"; fi; }
+
 scripts/bootstrap.sh
-cmake --preset release -DSURVEYMC_TESTS=OFF >/dev/null
-cmake --build --preset release --target surveymc
-mkdir -p results
+echo "building: some minutes; the log is $log"
+start=$SECONDS
+logged cmake --preset release -DSURVEYMC_TESTS=OFF
+logged cmake --build --preset release --target surveymc
+echo "built in $(minutes $((SECONDS - start)))"
+
 echo
-build/surveymc run configs/thesis/test4.toml -o results/quickstart.h5 --overwrite >results/quickstart.log
-build/surveymc show results/quickstart.h5 parameters
-build/surveymc show results/quickstart.h5 position
-tail -n 2 results/quickstart.log
-rm results/quickstart.log
-build/surveymc run configs/thesis/noise_scale.toml -o results/noise_scale.h5 | tail -n 2
+echo "Test 4 of the thesis: how large are the errors that multi-station analysis leaves?"
+logged build/surveymc run configs/thesis/test4.toml -o "$result" --overwrite
+build/surveymc show "$result" answer 2>/dev/null || grep '^verdicts: ' "$log" || true
+
 echo
 echo "figures:"
-scripts/plot.sh msa_position results/quickstart.h5
-scripts/plot.sh msa_position results/noise_scale.h5
+logged scripts/plot.sh "$result"
+{ grep -o '^results/.*[.]png$' "$log" || tail -n 1 "$log"; } | sed 's/^/  /'
+
 echo
-echo "every study and one page with all results: scripts/run_all.sh --quick    then open results/quick/report.html"
-echo "what is in it: build/surveymc show results/quickstart.h5    again, elsewhere: build/surveymc rerun results/quickstart.h5"
+echo "what is in the result:    build/surveymc show $result"
+echo "your own well:            build/surveymc new position_covariance -o well.toml"
+echo "all studies on one page:  scripts/run_all.sh --quick    then open results/quick/report.html"

@@ -36,6 +36,20 @@ void print_power(const sweep::Differences& d) {
   say(text);
 }
 
+/// What the runs were asked for, where it is not the same: read before what they found.
+void print_keys_that_differ(const store::Result& a, const store::Result& b) {
+  const std::vector<sweep::KeyDifference> keys = sweep::differing_keys(a, b);
+  constexpr std::size_t kMostKeys = 40, kLongest = 60;
+  const auto shown = [](const std::string& value) {
+    return value.empty() ? "not given" : value.size() <= kLongest ? value : value.substr(0, kLongest) + "...";
+  };
+  say(keys.empty() ? "no key of the config differs" : "keys of the config that differ:");
+  for (std::size_t i = 0; i < std::min(keys.size(), kMostKeys); ++i)
+    say(fmt::format("  {}: {} in A, {} in B", keys[i].key, shown(keys[i].a), shown(keys[i].b)));
+  if (keys.size() > kMostKeys) say(fmt::format("  and {} more", keys.size() - kMostKeys));
+  fmt::print("\n");
+}
+
 }  // namespace
 
 int diff_results(const DiffArguments& a) {
@@ -49,6 +63,7 @@ int diff_results(const DiffArguments& a) {
       fmt::print("{}\n", store::to_json(all));
     return d.any() ? kUnexpected : kDone;
   }
+  print_keys_that_differ(first, second);
   const store::Table found = sweep::difference_table(d, false);
   if (found.rows() > 0) {
     store::TableFormat format = screen_format();

@@ -168,6 +168,12 @@ std::string what_to_do(const std::string& path, FileKind kind) {
 
 void refuse_other_kind(const std::string& command, const std::string& path, FileKind wanted) {
   const FileKind kind = kind_of_file(path);
+  std::error_code error;
+  if (fs::is_regular_file(path, error) && fs::file_size(path, error) == 0) {
+    const std::string text = fmt::format("{}: is empty: must be {}", store::printable(path), noun_of(wanted));
+    if (wanted == FileKind::config || wanted == FileKind::error_models) throw InputError(text);
+    throw IoError(text);
+  }
   require_usage(kind == FileKind::unknown || kind == wanted, "{} {}: must be {}, but this is {}", command,
                 store::printable(path), noun_of(wanted), what_to_do(path, kind));
 }

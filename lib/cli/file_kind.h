@@ -15,7 +15,8 @@ std::string experiment_of_config(const std::string& path);
 /// "a result; commands for it:" and a line for each command that takes such a file; "" if nobody knows it.
 std::string what_to_do(const std::string& path, FileKind kind);
 
-/// Throws UsageError with what_to_do() if the file is known to be of another kind than the command wants.
+/// Throws UsageError with what_to_do() if the file is known to be of another kind than the command wants; InputError or
+/// IoError if it is empty.
 /// `command`: with the command's name, for the message.
 void refuse_other_kind(const std::string& command, const std::string& path, FileKind wanted);
 

@@ -1,7 +1,6 @@
 #include "cli/commands.h"
 
 #include <algorithm>
-#include <array>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,53 +15,27 @@
 namespace surveymc::cli {
 namespace {
 
-using Row = std::array<std::string, 6>;  // key, type, unit, default, rule, example
-
-std::vector<Row> rows_of(const store::Table& table) {
-  std::vector<Row> rows{{"key", "type", "unit", "default", "rule", "example"}};
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    Row row;
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      row[c] = std::get<std::vector<std::string>>(table.columns[c].values)[i];
-      if (row[c].empty()) row[c] = "-";
-    }
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-/// One line a key; `width` letters for each column but the last two, whose text may be long.
-std::string as_lines(const std::vector<Row>& rows) {
-  std::array<std::size_t, 6> width{};
-  for (const Row& row : rows)
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
-  constexpr std::size_t kRule = 4, kMostRule = 60;
-  width[kRule] = std::min(width[kRule], kMostRule);
+/// A line with the key, and below it what it means, then its type, default, rule and an example; no line is longer than
+/// `width`, but for a word that is.
+std::string as_text(const store::Table& table, std::size_t width) {
   std::string out;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t c = 0; c < row.size(); ++c) line += fmt::format("{:<{}}  ", row[c], width[c]);
-    out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
-  return out;
-}
-
-/// Some lines a key, for a narrow screen.
-std::string as_blocks(const std::vector<Row>& rows, std::size_t width) {
-  std::string out;
-  for (auto row = rows.begin() + 1; row != rows.end(); ++row) {
-    const auto& [key, type, unit, usual, rule, example] = *row;
-    out += key + "\n";
-    std::string text = type;
-    if (unit != "-") text += ", " + unit;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto word = [&](const char* column) { return table.word(column, row); };
+    std::string text = word("type");
+    if (const std::string unit = word("unit"); !unit.empty()) text += ", " + unit;
+    const std::string usual = word("default");
     const bool is_needed = usual == "must be given" || usual.starts_with("needed");
-    text += usual == "-" ? "" : is_needed ? "; " + usual : "; default " + usual;
-    if (rule != "-") text += "; " + rule;
-    if (example != "-") text += "; such as " + example;
-    out += store::folded("    " + text, std::max<std::size_t>(width, 24), 4) + "\n";
+    if (!usual.empty() && usual != "-") text += is_needed ? "; " + usual : "; default " + usual;
+    if (const std::string rule = word("rule"); !rule.empty()) text += "; " + rule;
+    if (const std::string example = word("example"); !example.empty()) text += "; such as " + example;
+    out += word("key") + "\n";
+    for (const std::string& below : {word("meaning"), text}) out += store::folded("    " + below, width, 6) + "\n";
   }
   return out;
 }
+
+/// "after Hanak 2016"; what goes on from its source says so itself: "beyond Nyrnes et al."
+std::string after(const std::string& source) { return source.starts_with("beyond ") ? source : "after " + source; }
 
 }  // namespace
 
@@ -87,7 +60,7 @@ std::string list_text(const std::vector<study::Experiment>& studies) {
   std::string out;
   for (const study::Experiment& e : studies)
     for (const std::string& text :
-         {fmt::format("{:<24} {}", e.name(), e.summary), fmt::format("{:<24}   after {}", "", e.reproduces)})
+         {fmt::format("{:<24} {}", e.name(), e.summary), fmt::format("{:<24}   {}", "", after(e.reproduces))})
       out += on_screen(text, STDOUT_FILENO, 27) + '\n';
   return out;
 }
@@ -96,10 +69,9 @@ void print_keys(const std::vector<study::Experiment>& studies, const KeysArgumen
   if (a.experiment.empty()) return fmt::print("{}", list_text(studies));
   const store::Table table = sweep::config_keys(experiment_named(studies, a.experiment, "keys"));
   if (a.csv) return print_csv(table);
-  const std::vector<Row> rows = rows_of(table);
-  const std::size_t width = screen_width(STDOUT_FILENO);
-  const std::string lines = as_lines(rows);
-  print_lines(width == 0 || store::longest_line(lines) <= width ? lines : as_blocks(rows, width));
+  constexpr std::size_t kReadable = 100;  // letters of a line
+  const std::size_t screen = screen_width(STDOUT_FILENO);
+  print_lines(as_text(table, screen == 0 ? kReadable : std::min(screen, kReadable)));
 }
 
 }  // namespace surveymc::cli

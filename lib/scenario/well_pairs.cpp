@@ -323,13 +323,16 @@ void warn_of_lacking(config::ConfigReader& c, const Formulation& f, const Scenar
       return codes;
     };
     const std::vector<std::string> of_reference = lacking(reference, offset), of_offset = lacking(offset, reference);
-    if (of_reference.empty() && of_offset.empty()) continue;
     const bool shares_none = of_reference.size() == reference.size();
+    if (of_reference.empty() && of_offset.empty() && !shares_none) continue;
     std::string text = fmt::format("\"{}\" of {}: ", f.name, w.name);
-    if (shares_none) text += "shares nothing; ";
+    text += shares_none ? "the wells share nothing, and their results are those of \"independent\": "
+                        : "errors that only one of the wells has are not shared: ";
     if (!of_reference.empty()) text += fmt::format("only the reference has {}; ", fmt::join(of_reference, ", "));
     if (!of_offset.empty()) text += fmt::format("only the offset has {}; ", fmt::join(of_offset, ", "));
-    text += "sources are shared by code and mode";
+    text += of_reference.empty() && of_offset.empty()
+                ? "neither error model has such an error"
+                : "tools of one kind, with one error model, have their errors in common";
     if (told.insert(text).second) c.warn("separation.formulations", text);
   }
 }

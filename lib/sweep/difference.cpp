@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "compare/family.h"
 #include "compare/table_rows.h"
+#include "config/toml_tree.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
 
@@ -398,6 +399,46 @@ Differences compare_results(const store::Result& a, const store::Result& b, cons
     if (r.finding == "verdict" && !other_value.contains({r.table, r.row}))
       r.note += ", by chance: the value does not differ beyond it";
   return std::move(c.out);
+}
+
+namespace {
+
+/// Keys and their values, as TOML; tables of an array are numbered: "leg[0].from_md_m".
+void add_leaves(const config::TomlNode& node, const std::string& key, std::map<std::string, std::string>& leaves) {
+  if (node.is_table()) {
+    for (const auto& [name, value] : node.entries) add_leaves(value, config::join_key(key, name), leaves);
+  } else if (node.is_tables()) {
+    for (std::size_t i = 0; i < node.items.size(); ++i)
+      add_leaves(node.items[i], fmt::format("{}[{}]", key, i), leaves);
+  } else {
+    leaves[key] = config::toml_text(node);
+  }
+}
+
+std::map<std::string, std::string> settings_of(const store::Result& r) {
+  std::map<std::string, std::string> leaves;
+  add_leaves(config::parse_document(r.provenance.config, "config"), "", leaves);
+  for (const store::InputData& in : r.inputs) {
+    constexpr std::size_t kShortHash = 8;
+    leaves["rows of " + in.path] = fmt::format("{} ({})", in.table.rows(), in.hash.substr(0, kShortHash));
+  }
+  return leaves;
+}
+
+}  // namespace
+
+std::vector<KeyDifference> differing_keys(const store::Result& a, const store::Result& b) {
+  const std::map<std::string, std::string> first = settings_of(a), second = settings_of(b);
+  std::map<std::string, KeyDifference> all;
+  for (const auto& [key, value] : first) all[key] = {key, value, ""};
+  for (const auto& [key, value] : second) {
+    all[key].key = key;
+    all[key].b = value;
+  }
+  std::vector<KeyDifference> out;
+  for (auto& [key, values] : all)
+    if (values.a != values.b) out.push_back(std::move(values));
+  return out;
 }
 
 store::Table difference_table(const Differences& d, bool all) {

@@ -59,6 +59,14 @@ struct Differences {
 /// different experiments.
 Differences compare_results(const store::Result& a, const store::Result& b, const DifferenceRule& rule);
 
+/// A key of the config, or the rows of an input, that two results have not alike; "" where one of them has it not.
+struct KeyDifference {
+  std::string key, a, b;
+};
+
+/// Sorted by key; values are TOML. Defaults count as if they were written.
+std::vector<KeyDifference> differing_keys(const store::Result& a, const store::Result& b);
+
 /// Fisher's exact test, two-sided by small probabilities: k1 events of n1 trials and k2 of n2 have the same rate.
 double same_rate_p(std::uint64_t k1, std::uint64_t n1, std::uint64_t k2, std::uint64_t n2);
 

@@ -142,6 +142,22 @@ class Keys(unittest.TestCase):
                 self.assertTrue(row["meaning"], f"{experiment}: {key}")
                 self.assertNotRegex(row["meaning"], r"[A-Z][a-z]+ error:|\.$", f"{experiment}: {key}")
 
+    def test_keys_are_printed_with_their_meaning_in_a_hundred_columns(self):
+        for experiment, listed in self.listed.items():
+            text = call("keys", experiment)
+            for line in text.splitlines():
+                self.assertLessEqual(len(line), 100, f"{experiment}: {line}")
+            blocks = {block.split("\n", 1)[0]: " ".join(block.split()) for block in re.split(r"\n(?=\S)", text)}
+            self.assertEqual(list(blocks), list(listed))
+            for key, row in listed.items():
+                self.assertTrue(blocks[key].startswith(f"{key} {' '.join(row['meaning'].split())} {row['type']}"), blocks[key])
+                self.assertIn(row["rule"], blocks[key])
+
+    def test_what_a_study_goes_on_from_is_said_once(self):
+        listed = call("list")
+        self.assertIn("\n                           beyond E. Nyrnes", listed)
+        self.assertNotIn("after beyond", listed)
+
     def test_the_page_of_keys_is_what_the_program_says(self):
         done = subprocess.run([sys.executable, SOURCE / "tests/docs/key_tables.py", EXECUTABLE, SOURCE / "docs/keys.md", "--check"],
                               capture_output=True, text=True)

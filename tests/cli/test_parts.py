@@ -181,7 +181,7 @@ class Parts(Case):
             self.part("--shard", f"{i}/2")
         self.call("run", "small.toml", "--seed", 9, "--shard", "0/3", "-o", "q/")
         self.call("merge", "-o", "m.h5", "p", "q", code=BAD_INPUT, says="is of another config")
-        self.call("merge", "-o", "m.h5", "whole.h5", code=CANNOT_WRITE, says="no surveymc part file")
+        self.call("merge", "-o", "m.h5", "whole.h5", code=USAGE, says="must be a part of a run, but this is a result")
         self.call("merge", "-o", "survey.csv", "p", code=CANNOT_WRITE, says="refusing to overwrite")
 
     def test_what_is_refused(self):
@@ -315,6 +315,8 @@ class Differences(Case):
         run("b.h5", "--seed", 2)
         self.call("diff", "a.h5", "a.h5", says="0 differ.*the same|the same seed(.|\n)*0 differ")
         self.assertRegex(self.call("diff", "a.h5", "b.h5"), r"other seeds(.|\n)*\n0 differ(.|\n)*power: .* % of the value")
+        self.assertTrue(self.call("diff", "a.h5", "b.h5").startswith("keys of the config that differ:\n  seed: 1 in A, 2 in B\n\n"))
+        self.assertTrue(self.call("diff", "a.h5", "a.h5").startswith("no key of the config differs\n\n"))
         run("c.h5", "--set", "noise.magnetometer_nT=50.5", "--seed", 2)
         self.call("diff", "a.h5", "c.h5", code=1)  # the predictions have changed, whatever chance did
         run("d.h5", "--set", "noise.magnetometer_nT=50.5")
@@ -324,7 +326,7 @@ class Differences(Case):
         self.assertGreater(len(csv.splitlines()), 20)
         self.assertIn('"name":', self.call("diff", "a.h5", "b.h5", "--json").replace(" ", "").replace('"name":', '"name":'))
         run("e.h5", "--set", "noise.scale=1.0")
-        self.assertRegex(self.call("diff", "a.h5", "e.h5", code=1), "only in A")
+        self.assertRegex(self.call("diff", "a.h5", "e.h5", code=1), r"(?s)^keys of the config that differ:\n.*  noise\.scale: \S.* in A, .*only in A")
         self.call("run", "maps.toml", "-o", "maps.h5")
         self.call("diff", "a.h5", "maps.h5", code=BAD_INPUT, says="different experiments")
         self.call("diff", "maps.h5", "maps.h5", says="0 differ")

@@ -111,6 +111,16 @@ class CommandLine(Case):
         self.refused(USAGE, "models", "tool.toml", says="this is a file of error models; .*:\n  surveymc models --file tool.toml")
         self.call(*self.call("show", "base.toml", code=USAGE).stderr.splitlines()[1].split()[1:])  # the first command works as it stands
 
+    def test_an_empty_file_is_called_empty(self):
+        for name in ("empty.toml", "empty.h5", "empty.csv"):
+            self.write(name, "")
+        for command, wanted in [(["check"], "a config"), (["run"], "a config"), (["models", "--file"], "a file of error models")]:
+            self.refused(BAD_INPUT, *command, "empty.toml", says=f"^error: empty.toml: is empty: must be {wanted}\n$")
+        for command in ("show", "rerun"):
+            self.refused(CANNOT_WRITE, command, "empty.h5", says="^error: empty.h5: is empty: must be a result\n$")
+        self.refused(CANNOT_WRITE, "merge", "empty.h5", "-o", "out.h5", says="^error: empty.h5: is empty: must be a part of a run\n$")
+        self.refused(BAD_INPUT, "check", "base.toml", "--set", "survey.file=empty.csv", says="empty.csv: is empty")
+
     def test_the_name_that_is_meant_is_offered_whatever_the_case(self):
         for code, words, says in [
             (USAGE, ["keys", "MSA_Position"], "did you mean msa_position\\?"), (USAGE, ["new", "Clearence"], "did you mean clearance\\?"),

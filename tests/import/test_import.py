@@ -136,6 +136,15 @@ class Text(Case):
         self.gives("Measured,Hole,Grid,Vertical\nDepth,Incl,Azimuth,Depth\nm,deg,deg,m\n" + "".join(",".join(s) + ",9\n" for s in STATIONS), METRES,
                    says=['"grid"', "ignored          Vertical Depth m"])
 
+    def test_a_line_above_an_empty_one_is_no_heading(self):
+        for separator in ",", "  ":
+            rows = "".join(separator.join(s) + "\n" for s in STATIONS)
+            line = lambda *words: separator.join(words) + "\n"
+            title, names, units = line("Survey", "Measured", "Azimuth"), line("MD", "Inc", "Azi_Grid"), line("m", "deg", "deg")
+            self.gives(f"{title}\n{names}{units}{rows}", METRES, says=["header: lines 3-4"])
+            self.gives(f"{title}\n{names}\n{units}\n{rows}", METRES, says=["header: lines 3-5"])  # units may stand apart
+            self.refused(f"{title}\n{line('Depth', 'Inc', 'Angle')}{rows}", "line 3: ", "found no azimuth")
+
     def test_decimal_commas_and_thousands(self):
         comma = [tuple(c.replace(".", ",") for c in s) for s in STATIONS]
         wanted = METRES
@@ -376,6 +385,7 @@ class Doubts(Case):
     def test_units_with_their_datum(self):
         for unit in "m RKB", "m MD", "mMDRT", "m KB":
             self.gives(table(head=(f"MD ({unit})", "Inc", "Azi Grid")), METRES)
+            self.gives(table(head=(f"Depth ({unit})", "Inc", "Azi Grid")), METRES)
         self.gives(table(head=("MD (ft KB)", "Inc", "Azi Grid")), FEET)
         self.gives("MD,Inc,Azi Grid,TVD\nft RKB,deg,deg,ft RKB\n" + "".join(",".join(s) + ",1\n" for s in STATIONS), FEET)
 

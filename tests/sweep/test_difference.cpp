@@ -49,6 +49,26 @@ DifferenceRow row_named(const Differences& d, const std::string& name, const std
 
 }  // namespace
 
+TEST_CASE("Keys that differ are those of another value, and those that one config has not") {
+  store::Result a, b;
+  CHECK(differing_keys(a, b).empty());
+  a.provenance.config =
+      "seed = 1\ntrials = 10\n[field]\ndip_deg = 60.0\n[[leg]]\nfrom_md_m = 1.0\n[[leg]]\nfrom_md_m = 2.0\n";
+  b.provenance.config = "seed = 1\ntrials = 20\n[field]\ndip_deg = 60.0\ntotal_nT = 5e4\n[[leg]]\nfrom_md_m = 1.5\n";
+  const store::Table three{"", "", {{"md_m", "m", "", std::vector<double>{1, 2, 3}}}};
+  a.inputs = {{"x.csv", "0123456789", three}, {"same.csv", "77", three}};
+  b.inputs = {{"x.csv", "9876543210", three}, {"same.csv", "77", three}};
+  std::string text;
+  for (const KeyDifference& k : differing_keys(a, b)) text += k.key + ": " + k.a + " | " + k.b + "\n";
+  CHECK(text ==
+        "field.total_nT:  | 50000.0\n"
+        "leg[0].from_md_m: 1.0 | 1.5\n"
+        "leg[1].from_md_m: 2.0 | \n"
+        "rows of x.csv: 3 (01234567) | 3 (98765432)\n"
+        "trials: 10 | 20\n");
+  CHECK(differing_keys(a, a).empty());
+}
+
 TEST_CASE("Fisher's exact test") {
   CHECK_THAT(same_rate_p(1, 10, 11, 14), Catch::WithinRel(0.002759456185220083, 1e-9));  // tables have 0.002759
   CHECK(same_rate_p(5, 10, 5, 10) == 1);

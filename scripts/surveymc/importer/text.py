@@ -82,6 +82,11 @@ def joined_headings(parts, count):
     return [" ".join(p[i] for p in parts if i < len(p) and p[i]).strip() for i in range(count)]
 
 
+def only_units(parts):
+    """True of the lines of a header that have units alone: their names may stand above an empty line."""
+    return all(columns.is_unit(c.strip("()[]{}")) for cells in parts for c in cells if c)
+
+
 def delimited(lines, separator, options):
     """A Table of one separator, or None if no header is found with it."""
     cells = [split(line, separator) if separator in line else [line.strip()] for line in lines]
@@ -96,6 +101,8 @@ def delimited(lines, separator, options):
         parts, used, i = [], [], first - 1
         while i >= 0 and len(parts) < 4 and first - i <= 8:
             filled = [c for c in cells[i] if c]
+            if not filled and parts and not only_units(parts):
+                break  # what stands above an empty line is a title
             if not filled or is_ruler(lines[i]) or i + 1 in options.skip_lines or (len(filled) < 2 and is_comment(lines[i])):
                 i -= 1
                 continue
@@ -257,6 +264,8 @@ def spaced_words(lines, expanded, words, options):
         parts, used, i = [], [], first - 1
         headings = [""] * count
         while i >= 0 and len(parts) < 4 and first - i <= 8:
+            if not expanded[i].strip() and parts and not only_units(parts):
+                break  # what stands above an empty line is a title
             if not expanded[i].strip() or is_ruler(expanded[i]) or i + 1 in options.skip_lines:
                 i -= 1
                 continue
