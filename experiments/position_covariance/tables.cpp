@@ -12,7 +12,6 @@
 #include "compare/table_rows.h"
 #include "propagate/ellipse.h"
 #include "store/result_file.h"
-#include "store/ruled_values.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::position_covariance {
@@ -110,8 +109,18 @@ store::Table by_source_columns(const survey::Survey& survey, const std::vector<s
   const std::size_t first = of_all ? 0 : n - 1;
   std::vector<double> md(rows == 0 ? 0 : n - first);
   for (std::size_t k = 0; k < md.size(); ++k) md[k] = survey.stations[first + k].md;
-  t.columns[0].on_disk = std::make_shared<store::RepeatedNumbers>(md, sources.size());
-  t.columns[1].on_disk = std::make_shared<store::CycledWords>(sources, md.size());
+  t.columns[0].on_disk = std::make_shared<store::MadeValues>(
+      md.size() * sources.size(), [md, n = sources.size()](std::size_t at, std::size_t count) {
+        std::vector<double> out(count);
+        for (std::size_t i = 0; i < count; ++i) out[i] = md[(at + i) / n];
+        return out;
+      });
+  t.columns[1].on_disk =
+      std::make_shared<store::MadeValues>(md.size() * sources.size(), [sources](std::size_t at, std::size_t count) {
+        std::vector<std::string> out(count);
+        for (std::size_t i = 0; i < count; ++i) out[i] = sources[(at + i) % sources.size()];
+        return out;
+      });
   if (rows <= store::kMostHeldRows)
     for (std::size_t c = 0; c < 2; ++c)
       t.columns[c].values = std::exchange(t.columns[c].on_disk, nullptr)->read(0, rows);

@@ -18,7 +18,6 @@
 #include "cli/verdict_counts.h"
 #include "config/suggest.h"
 #include "store/json.h"
-#include "store/large_files.h"
 #include "store/result_file.h"
 
 namespace surveymc::cli {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "cli/print_result.h"
-#include "store/large_files.h"
 
 namespace surveymc::cli {
 

@@ -8,7 +8,7 @@
 
 namespace surveymc::cli {
 
-/// Writes the result as the arguments ask (store/result_file.h, store/large_files.h). Returns the new names of older
+/// Writes the result as the arguments ask (store/result_file.h). Returns the new names of older
 /// results.
 std::vector<std::filesystem::path> write_result_file(const RunArguments& a, const std::filesystem::path& path,
                                                      const store::Result& result);

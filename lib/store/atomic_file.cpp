@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -28,20 +27,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The name of a temporary file has a random number, as host names and process numbers are not unique: two containers
-// may share both. Its writer holds a lock on it. A file that nobody holds is a dead writer's.
-
-constexpr std::string_view kTemporarySuffix = ".tmp";
-// Of an old file whose place the new one takes. It is nobody's temporary file: others leave it alone.
-constexpr std::string_view kDisplacedSuffix = ".old";
+constexpr std::string_view kSuffix = ".tmp";
 constexpr std::size_t kRandomDigits = 16;
 
 std::string temporary_prefix(const fs::path& target) { return fmt::format(".{}.", target.filename().string()); }
 
-bool is_temporary_of(const std::string& name, const std::string& prefix, std::string_view suffix) {
-  if (name.size() != prefix.size() + kRandomDigits + suffix.size()) return false;
+bool is_temporary_of(const std::string& name, const std::string& prefix) {
+  if (name.size() != prefix.size() + kRandomDigits + kSuffix.size()) return false;
   const std::string_view digits = std::string_view(name).substr(prefix.size(), kRandomDigits);
-  return name.starts_with(prefix) && name.ends_with(suffix) &&
+  return name.starts_with(prefix) && name.ends_with(kSuffix) &&
          digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
@@ -50,23 +44,11 @@ AtomicFile* g_newest_file = nullptr;  // a list by older_, which needs no memory
 
 [[noreturn]] void fail() { throw std::system_error(errno, std::generic_category()); }
 
-std::uint64_t random_number() {
+fs::path temporary_name(const fs::path& target) {
   std::uint64_t number = 0;
   if (getrandom(&number, sizeof number, 0) != static_cast<ssize_t>(sizeof number)) fail();
-  return number;
+  return folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), number, kSuffix);
 }
-
-/// True if the file is there and this descriptor's.
-bool is_linked(int file) {
-  struct stat status {};
-  return fstat(file, &status) == 0 && status.st_nlink > 0;
-}
-
-fs::path temporary_name(const fs::path& target, std::string_view suffix = kTemporarySuffix) {
-  return folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), suffix);
-}
-
-// ------------------------------------------------------------------------------------------------- names of the files
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
@@ -85,16 +67,10 @@ bool move_if_free(const fs::path& from, const fs::path& to) {
     if (unlink(from.c_str()) != 0) fail();
     return true;
   }
-  if (errno == EEXIST) return false;
-  // No second names either (exFAT): an empty file holds the name, and is replaced.
-  const int held = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (held < 0 && errno == EEXIST) return false;
-  if (held < 0) fail();
-  close(held);
-  if (rename(from.c_str(), to.c_str()) == 0) return true;
-  const std::system_error reason(errno, std::generic_category());
-  unlink(to.c_str());
-  throw reason;
+  struct stat there {};
+  if (errno == EEXIST || lstat(to.c_str(), &there) == 0) return false;
+  if (rename(from.c_str(), to.c_str()) != 0) fail();  // no second names either (exFAT)
+  return true;
 }
 
 fs::path numbered(const fs::path& target, int number) {
@@ -103,6 +79,13 @@ fs::path numbered(const fs::path& target, int number) {
                                ? fmt::format("{}.{}", target.filename().string(), number)
                                : fmt::format("{}.{}{}", target.stem().string(), number, target.extension().string());
   return target.parent_path() / name;
+}
+
+/// Gives the file the next free number.
+fs::path move_aside(const fs::path& file, const fs::path& target) {
+  int number = 1;
+  while (!move_if_free(file, numbered(target, number))) ++number;
+  return numbered(target, number);
 }
 
 struct SecondName {
@@ -134,21 +117,9 @@ std::optional<SecondName> second_name(const fs::path& target) {
   }
 }
 
-/// Puts the file `from` in the place of `target`, which is then at the path that is returned. Where the system cannot
-/// exchange two names, `target` only loses its own. Nothing: there was no file.
-std::optional<fs::path> displaced_by(const fs::path& from, const fs::path& target) {
-  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) return from;
-  if (errno == ENOENT) return std::nullopt;
-  if (!lacks_flags(errno)) fail();
-  const fs::path aside = temporary_name(target, kDisplacedSuffix);
-  if (rename(target.c_str(), aside.c_str()) == 0) return aside;
-  if (errno != ENOENT) fail();
-  return std::nullopt;
-}
-
 bool allows(const MayReplace& may_replace, const fs::path& file) {
   try {
-    may_replace(file);
+    if (may_replace) may_replace(file);
     return true;
   } catch (const IoError&) {
     return false;
@@ -185,27 +156,11 @@ void look_at(const fs::path& path, const MayReplace& look) {
   }
 }
 
-namespace {
-
-/// What a writer that was killed between two renamings left of an old file: it goes if the file has another name, else
-/// it gets the next free number. A living writer needs its name for less than a millisecond.
-void settle_displaced(const fs::path& displaced, const fs::path& target, std::chrono::seconds age) {
-  struct stat status {};
-  if (lstat(displaced.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return;
-  if (std::time(nullptr) - status.st_ctime < age.count()) return;
-  if (status.st_nlink > 1) unlink(displaced.c_str());
-  for (int number = 1; status.st_nlink == 1 && !move_if_free(displaced, numbered(target, number));) ++number;
-}
-
-}  // namespace
-
-void remove_stale_temporaries(const fs::path& target, std::chrono::seconds age) {
+void remove_stale_temporaries(const fs::path& target) {
   const std::string prefix = temporary_prefix(target);
   std::error_code error;
   for (fs::directory_iterator it(folder_of(target), error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    if (is_temporary_of(name, prefix, kDisplacedSuffix)) settle_displaced(it->path(), target, age);
-    if (!is_temporary_of(name, prefix, kTemporarySuffix)) continue;
+    if (!is_temporary_of(it->path().filename().string(), prefix)) continue;
     const int file = open(it->path().c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) continue;
     if (flock(file, LOCK_EX | LOCK_NB) == 0) unlink(it->path().c_str());
@@ -218,11 +173,13 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   constexpr int kAttempts = 100;
   for (int i = 0; i < kAttempts && file_ < 0; ++i) {
     path_ = temporary_name(target);
-    file_ = uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
+    file_ =
+        uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
     if (file_ < 0 && errno != EEXIST) fail();
     if (file_ < 0) continue;
     const bool is_taken = flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;  // no locks here: as if locked
-    if (!is_taken && is_linked(file_)) break;
+    struct stat status {};
+    if (!is_taken && fstat(file_, &status) == 0 && status.st_nlink > 0) break;
     unlink(path_.c_str());  // who has taken it would do that
     close(std::exchange(file_, -1));
   }
@@ -245,58 +202,17 @@ AtomicFile::~AtomicFile() {
     *at = older_;
   }
   if (file_ >= 0) close(file_);
-  if (past_cache_ >= 0) close(past_cache_);
   if (!committed_) unlink(path_.c_str());
 }
 
-void AtomicFile::write(std::span<const char> bytes) { write_at(end_, bytes); }
-
-void AtomicFile::write_at(std::uint64_t at, std::span<const char> bytes) {
-  constexpr std::size_t kMost = std::size_t{1} << 30;  // one pwrite() takes less than 2^31 bytes
+void AtomicFile::write(std::span<const char> bytes) {
+  constexpr std::size_t kMost = std::size_t{1} << 30;  // one write() takes less than 2^31 bytes
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n =
-        pwrite(file_, bytes.data() + done, std::min(bytes.size() - done, kMost), static_cast<off_t>(at + done));
-    if (n < 0 && errno != EINTR) fail();
-    if (n > 0) done += static_cast<std::size_t>(n);
-  }
-  end_ = std::max<std::uint64_t>(end_, at + bytes.size());
-}
-
-void AtomicFile::write_past_cache(std::uint64_t at, std::span<const char> bytes) {
-  constexpr std::size_t kBlock = 4096;
-  if (past_cache_ < 0 && has_past_cache_) {
-    past_cache_ = uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC); });
-    has_past_cache_ = past_cache_ >= 0;
-  }
-  std::size_t done = 0;
-  while (has_past_cache_ && done < bytes.size() && done % kBlock == 0) {
-    const ssize_t n = pwrite(past_cache_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
-    if (n < 0 && errno == EINVAL) has_past_cache_ = false;  // a file system that opens files so, but cannot write them
-    if (n < 0 && errno != EINVAL && errno != EINTR) fail();
-    if (n > 0) done += static_cast<std::size_t>(n);
-  }
-  end_ = std::max<std::uint64_t>(end_, at + done);
-  if (done < bytes.size()) write_at(at + done, bytes.subspan(done));
-}
-
-void AtomicFile::read_at(std::uint64_t at, std::span<char> bytes) const {
-  std::size_t done = 0;
-  for (ssize_t n = 1; done < bytes.size() && n != 0; done += static_cast<std::size_t>(n)) {
-    n = uninterrupted(
-        [&] { return pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done)); });
+        uninterrupted([&] { return ::write(file_, bytes.data() + done, std::min(bytes.size() - done, kMost)); });
     if (n < 0) fail();
+    done += static_cast<std::size_t>(n);
   }
-  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end(), '\0');
-}
-
-void AtomicFile::set_size(std::uint64_t size) {
-  if (uninterrupted([&] { return ftruncate(file_, static_cast<off_t>(size)); }) != 0) fail();
-  end_ = size;
-}
-
-void AtomicFile::start_writing(std::uint64_t at, std::uint64_t size) {
-  const int asked = sync_file_range(file_, static_cast<off_t>(at), static_cast<off_t>(size), SYNC_FILE_RANGE_WRITE);
-  (void)asked;  // a file system that cannot do this: commit() writes everything
 }
 
 void AtomicFile::set_committed(bool committed) {
@@ -304,17 +220,21 @@ void AtomicFile::set_committed(bool committed) {
   committed_ = committed;
 }
 
-void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vector<fs::path>& kept,
-                           std::vector<fs::path>& gone) {
+/// The new file has its name, and the old one the temporary name; false if there is no old one any more. Where the
+/// system cannot exchange two names the old file has none then, and neither has the new one a temporary name.
+bool AtomicFile::exchange_names() {
+  set_committed(true);  // an end that removes temporary files must not take the old file for one
+  if (renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) return true;
+  if (lacks_flags(errno) && rename(path_.c_str(), target_.c_str()) == 0) return true;
+  set_committed(false);
+  if (errno != ENOENT) fail();
+  return false;
+}
+
+void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vector<fs::path>& kept) {
   while (!move_if_free(path_, target_)) {
     if (old == OldFile::refused) throw std::system_error(EEXIST, std::generic_category());
     if (may_replace) may_replace(target_);
-    if (path_.extension() != kDisplacedSuffix) {
-      const fs::path aside = temporary_name(target_, kDisplacedSuffix);
-      const std::lock_guard lock(g_files_mutex);
-      if (rename(path_.c_str(), aside.c_str()) != 0) fail();
-      path_ = aside;
-    }
     std::optional<SecondName> second;
     if (old == OldFile::kept) {
       second = second_name(target_);
@@ -324,29 +244,21 @@ void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vect
         continue;
       }
     }
-    std::optional<fs::path> displaced;
     try {
-      set_committed(true);  // an end that removes temporary files must not take the old file for one
-      displaced = displaced_by(path_, target_);
+      if (!exchange_names()) continue;
     } catch (...) {
-      set_committed(false);
       if (second && second->is_new && is_same_file(second->name, target_)) unlink(second->name.c_str());
       throw;
     }
-    const bool is_done = displaced == path_;
-    set_committed(is_done);
-    if (!displaced) continue;
     if (second) kept.push_back(second->name);
     // It may be another file than the one that we looked at: somebody was faster. Then it is kept in any case.
-    const bool may_go =
-        second ? is_same_file(*displaced, second->name) : !may_replace || allows(may_replace, *displaced);
-    for (int number = 1; !may_go; ++number)
-      if (const fs::path name = numbered(target_, number); move_if_free(*displaced, name)) {
-        kept.push_back(name);
-        break;
-      }
-    if (may_go) gone.push_back(*displaced);
-    if (is_done) return;
+    std::error_code error;
+    if (!fs::exists(path_, error)) return;
+    if (second ? is_same_file(path_, second->name) : allows(may_replace, path_))
+      unlink(path_.c_str());
+    else
+      kept.push_back(move_aside(path_, target_));
+    return;
   }
 }
 
@@ -358,19 +270,14 @@ std::vector<fs::path> AtomicFile::commit(OldFile old, const MayReplace& may_repl
   }
   if (uninterrupted([&] { return fsync(file_); }) != 0) fail();
   std::vector<fs::path> kept;
-  std::vector<fs::path> gone;  // for good once the new file has its name
   try {
-    take_name(old, may_replace, kept, gone);  // with the file still open: its lock lasts until it has its name
+    take_name(old, may_replace, kept);  // with the file still open: its lock lasts until it has its name
   } catch (...) {
-    // Without second names, or without an exchange of names, an old file may have lost its own.
-    std::error_code error;
-    const auto& names = kept.empty() ? gone : kept;
-    if (!names.empty() && fs::symlink_status(target_, error).type() == fs::file_type::not_found)
-      rename(names.back().c_str(), target_.c_str());
-    for (const fs::path& file : gone) unlink(file.c_str());
+    // Without second names an old file may have lost its own.
+    if (std::error_code error; !kept.empty() && !fs::exists(target_, error))
+      rename(kept.back().c_str(), target_.c_str());
     throw;
   }
-  for (const fs::path& file : gone) unlink(file.c_str());
   set_committed(true);
   for (fs::path& name : kept) name = name.lexically_normal();
   const int folder =

@@ -1,7 +1,6 @@
 #pragma once
 /// Files that appear whole or not at all: written under a temporary name, which they lose when they are complete. The
 /// name may belong to another file by then, of another process too: no file is replaced that nobody has looked at.
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -16,9 +15,8 @@ std::filesystem::path resolved(const std::filesystem::path& path);
 
 std::filesystem::path folder_of(const std::filesystem::path& path);
 
-/// Removes temporary files that killed writers of `target` left. An old file that one of them left without its name,
-/// for at least `age`, gets the next free number.
-void remove_stale_temporaries(const std::filesystem::path& target, std::chrono::seconds age = std::chrono::minutes(1));
+/// Removes temporary files that killed writers of `target` left.
+void remove_stale_temporaries(const std::filesystem::path& target);
 
 /// What becomes of another file that has the name when the new one is whole.
 enum class OldFile {
@@ -36,8 +34,8 @@ using MayReplace = std::function<void(const std::filesystem::path& old)>;
 void look_at(const std::filesystem::path& path, const MayReplace& look);
 
 /// A file under its temporary name until commit(); removed if commit() is never called.
-/// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it. All members
-/// throw std::system_error.
+/// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it, by which
+/// others know that it lives. All members throw std::system_error.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& target);
@@ -49,16 +47,7 @@ class AtomicFile {
 
   void write(std::span<const char> bytes);  ///< at the end of the file
 
-  void write_at(std::uint64_t at, std::span<const char> bytes);
-  /// As write_at(), but past the system's page cache where the file system can do that. `at`, the size and the address
-  /// of the bytes are multiples of 4096.
-  void write_past_cache(std::uint64_t at, std::span<const char> bytes);
-  /// Zeros behind the end of the file.
-  void read_at(std::uint64_t at, std::span<char> bytes) const;
-  void set_size(std::uint64_t size);
-  /// The disk may begin with these bytes while the next ones are made.
-  void start_writing(std::uint64_t at, std::uint64_t size);
-
+  /// Other libraries may write to it.
   const std::filesystem::path& temporary_path() const { return path_; }
 
   /// Writes the file to the disk and gives it its name. `may_replace` looks at each file that the new one would take
@@ -67,15 +56,12 @@ class AtomicFile {
   std::vector<std::filesystem::path> commit(OldFile old, const MayReplace& may_replace = {});
 
  private:
-  void take_name(OldFile old, const MayReplace& may_replace, std::vector<std::filesystem::path>& kept,
-                 std::vector<std::filesystem::path>& gone);
+  void take_name(OldFile old, const MayReplace& may_replace, std::vector<std::filesystem::path>& kept);
+  bool exchange_names();
   void set_committed(bool committed);
 
   std::filesystem::path target_, path_;
   int file_ = -1;
-  int past_cache_ = -1;         ///< the same file
-  bool has_past_cache_ = true;  ///< not known to be refused
-  std::uint64_t end_ = 0;
   bool committed_ = false;
   AtomicFile* older_ = nullptr;  ///< of this process
 };

@@ -148,16 +148,6 @@ void ContentHash::add(std::span<const std::int64_t> values) { hasher_->add_bytes
 void ContentHash::add(std::span<const std::string> values) {
   for (const std::string& text : values) hasher_->add(text);
 }
-void ContentHash::add(const CycledWords& values) {
-  std::string cycle;
-  for (const std::string& word : values.words()) {
-    const std::string text = canonical_text(word);
-    const std::uint64_t length = text.size();
-    cycle.append(reinterpret_cast<const char*>(&length), sizeof length);
-    cycle += text;
-  }
-  for (std::size_t i = 0; i < values.times(); ++i) hasher_->add_bytes(cycle.data(), cycle.size());
-}
 /// By name, so that it does not matter which are held and which are streamed.
 void ContentHash::add(const MapHashes& maps) {
   hasher_->add(std::uint64_t{maps.size()});

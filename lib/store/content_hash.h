@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "store/result_file.h"
-#include "store/ruled_values.h"
 #include "store/table.h"
 
 namespace surveymc::store {
@@ -56,7 +55,6 @@ class ContentHash {
   void add(std::span<const double> canonical);  ///< see stored_form.h
   void add(std::span<const std::int64_t> values);
   void add(std::span<const std::string> values);
-  void add(const CycledWords& values);
   void add(const MapHashes& maps);
   std::string hex();
 

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -21,19 +20,7 @@
 namespace surveymc::store {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SURVEYMC_SHADOWED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SURVEYMC_SHADOWED
-#endif
-#endif
-
-#if defined(SURVEYMC_SHADOWED)
-constexpr bool kLimitsMemory = false;  // the sanitizer's shadow alone has terabytes
-#else
-constexpr bool kLimitsMemory = true;
-#endif
+constexpr int kTooLarge = 1;
 
 void limit(decltype(RLIMIT_AS) resource, std::uintmax_t most) {
   rlimit now{};
@@ -46,64 +33,42 @@ void limit(decltype(RLIMIT_AS) resource, std::uintmax_t most) {
 void limit_child(std::uintmax_t file_size) {
   constexpr std::uintmax_t kFree = std::uintmax_t{2} << 30, kTimes = 16;
   constexpr std::uintmax_t kSeconds = 5, kBytesPerSecond = 10'000'000;
+  constexpr std::uintmax_t kSanitizer = std::uintmax_t{1} << 40;  // their shadow alone has terabytes
   std::uintmax_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
-  const auto page = static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE));
-  if (kLimitsMemory) limit(RLIMIT_AS, pages * page + kFree + kTimes * file_size);
+  const std::uintmax_t used = pages * static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE));
+  if (used < kSanitizer) limit(RLIMIT_AS, used + kFree + kTimes * file_size);
   limit(RLIMIT_CPU, kSeconds + file_size / kBytesPerSecond);
   limit(RLIMIT_CORE, 0);
 }
 
-void tell(int pipe, const char* text) { [[maybe_unused]] const ssize_t n = write(pipe, text, std::strlen(text)); }
-
-[[noreturn]] void be_child(int pipe, std::uintmax_t file_size, const std::function<void()>& work) {
+[[noreturn]] void be_child(std::uintmax_t file_size, const std::function<void()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) std::signal(signal, SIG_DFL);
   limit_child(file_size);
-  int exit = 1;
+  int exit = 0;
   try {
     work();
-    exit = 0;
   } catch (const std::bad_alloc&) {
-    tell(pipe, "is too large for the memory, or damaged");
-  } catch (const std::exception& e) {
-    tell(pipe, e.what());
+    exit = kTooLarge;
+  } catch (...) {
   }
   _exit(exit);
 }
 
-[[noreturn]] void no_child() { throw std::system_error(errno, std::generic_category()); }
-
 }  // namespace
 
-std::string fault_in_child(std::uintmax_t file_size, const std::function<void()>& work) {
-  std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) no_child();
+std::string harm_in_child(std::uintmax_t file_size, const std::function<void()>& work) {
   const pid_t child = fork();
-  if (child < 0) {
-    const int reason = errno;
-    close(ends[0]);
-    close(ends[1]);
-    errno = reason;
-    no_child();
-  }
-  if (child == 0) be_child(ends[1], file_size, work);
-  close(ends[1]);
-  std::string text;
-  std::array<char, 4096> piece{};
-  for (ssize_t n = 0; (n = uninterrupted([&] { return read(ends[0], piece.data(), piece.size()); })) > 0;)
-    text.append(piece.data(), static_cast<std::size_t>(n));
-  close(ends[0]);
+  if (child == 0) be_child(file_size, work);
   int status = 0;
-  if (uninterrupted([&] { return waitpid(child, &status, 0); }) < 0) no_child();
-  if (WIFSIGNALED(status)) {
-    const int signal = WTERMSIG(status);
-    return signal == SIGXCPU ? "is damaged, or made to do harm: reading it takes too long"
-                             : fmt::format("is damaged, or made to do harm: reading it ends with signal {} ({})",
-                                           signal, strsignal(signal));
-  }
-  if (WEXITSTATUS(status) == 0) return "";
-  return text.empty() ? "cannot be read" : text;
+  if (child < 0 || uninterrupted([&] { return waitpid(child, &status, 0); }) < 0)
+    throw std::system_error(errno, std::generic_category());
+  if (WIFEXITED(status)) return WEXITSTATUS(status) == 0 ? "" : "is too large for the memory, or damaged";
+  const int signal = WTERMSIG(status);
+  return "is damaged, or made to do harm: " +
+         (signal == SIGXCPU ? std::string("reading it takes too long")
+                            : fmt::format("reading it ends with signal {} ({})", signal, strsignal(signal)));
 }
 
 }  // namespace surveymc::store

@@ -11,14 +11,12 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 #include "store/hdf5_handle.h"
-#include "store/large_files.h"
 #include "store/result_hdf5.h"
 #include "store/seal.h"
 
-// How a file is made: HDF5 writes to memory that we hold for it, and long runs of values through that (paged_file.h,
-// hdf5_driver.h) by our own write() to the disk, under a temporary name (atomic_file.h); a seal is added at the end
-// (seal.h). So a full disk is an error of our write(), and does not leave HDF5 with a file that it can neither flush
-// nor close. result_reader.cpp reads files.
+// How a file is made: HDF5 makes a small one in memory and writes a large one itself, under a temporary name
+// (atomic_file.h). It gets a seal of all its bytes (seal.h), is read back, and is renamed. result_reader.cpp reads
+// files.
 
 namespace surveymc::store {
 namespace {
@@ -80,28 +78,41 @@ std::uintmax_t size_of(const Result& result) {
   return bytes;
 }
 
-/// Larger files go past the system's page cache: copying to it takes longer than all else that is done to their bytes.
-constexpr std::uintmax_t kMostCached = std::uintmax_t{16} << 20;
-
-/// True if it takes little to read the file again: it is small, or the run that made it took ten times as long. A
-/// signal is not looked at meanwhile: so it takes no longer than about a second.
+/// True if it takes little to read the file again: the run that made it took ten times as long. A signal is not looked
+/// at meanwhile: so it takes no longer than about a second.
 bool is_read_back(std::uintmax_t size, double elapsed_s) {
   constexpr double kBytesPerSecond = 2e8, kShare = 0.1;
   constexpr std::uintmax_t kMost = std::uintmax_t{256} << 20;
-  return size <= kMostCached || (size <= kMost && static_cast<double>(size) <= kShare * elapsed_s * kBytesPerSecond);
+  return size <= kMost && static_cast<double>(size) <= kShare * elapsed_s * kBytesPerSecond;
 }
 
-/// Throws IoError unless the file under its temporary name is what `result` was written as.
-void read_back(const fs::path& path, const AtomicFile& file) {
+[[noreturn]] void refuse_what_was_written(const fs::path& path, const std::string& reason) {
+  refuse(path, fmt::format("cannot be written: the file does not read back as what was written ({}): memory or disk "
+                           "may be faulty",
+                           reason));
+}
+
+/// Files that are not larger are made in memory: then the bytes are known that must be on the disk.
+constexpr std::uintmax_t kMadeInMemory = std::uintmax_t{16} << 20;
+
+/// Writes the file under its temporary name, with its seal, and reads it back. `size`: about what it will have.
+void write_and_read_back(const fs::path& path, AtomicFile& file, const Result& result, int compression,
+                         std::uintmax_t size, const Written& written) {
+  const fs::path& temporary = file.temporary_path();
+  if (size <= kMadeInMemory) {
+    const std::string bytes = hdf5_bytes(result, compression, written);
+    file.write(bytes);
+    file.write(seal_of(bytes));
+    if (seal_state(temporary) != Seal::right) refuse_what_was_written(path, "its checksum does not match");
+    return;
+  }
+  write_hdf5(temporary, result, compression, written);
+  file.write(seal_of_file(temporary));
+  if (!is_read_back(fs::file_size(temporary), result.run.elapsed_s)) return;
   try {
-    if (seal_state(file.temporary_path()) != Seal::right)
-      throw IoError(fmt::format("{}: its checksum does not match", file.temporary_path().string()));
-    read_result(file.temporary_path());
+    read_result(temporary);
   } catch (const IoError& e) {
-    const std::string reason = std::string(e.what()).substr(file.temporary_path().string().size() + 2);
-    refuse(path, fmt::format("cannot be written: the file does not read back as what was written ({}): memory or disk "
-                             "may be faulty",
-                             reason));
+    refuse_what_was_written(path, std::string(e.what()).substr(temporary.string().size() + 2));
   }
 }
 
@@ -146,12 +157,11 @@ std::vector<fs::path> write_result(const fs::path& path, const Result& result, c
   try {
     require_space(target, result);
     AtomicFile file(target);
-    const auto written = [&, expected = size_of(result)](std::uint64_t bytes) {
-      if (options.progress) options.progress(bytes, expected);
+    const std::uintmax_t size = size_of(result);
+    const auto written = [&](std::uint64_t bytes) {
+      if (options.progress) options.progress(bytes, size);
     };
-    const bool is_large = size_of(result) > kMostCached;
-    write_hdf5(file, result, options.compression, is_large, written);
-    if (is_read_back(fs::file_size(file.temporary_path()), result.run.elapsed_s)) read_back(path, file);
+    write_and_read_back(path, file, result, options.compression, size, written);
     return file.commit(options.old, [&](const fs::path& old) { refuse_foreign_file(path, old); });
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "store/atomic_file.h"
 #include "store/table.h"
 
 namespace surveymc::store {
@@ -83,11 +84,30 @@ void check_output_path(const std::filesystem::path& path);
 /// Exceptions of the streams (Interrupted) pass through and leave no file. Streamed maps are computed once.
 void write_result(const std::filesystem::path& path, const Result& result);
 
+inline constexpr int kMostCompression = 9;
+
+struct WriteOptions {
+  /// 1 to 9: the numbers of tables and maps (from 1024 on) are compressed by HDF5's shuffle and deflate. Contents and
+  /// content_hash are the same. Texts are not compressed: HDF5 keeps them outside of what its filters see. 0: none.
+  int compression = 0;
+  /// Called while a result is written, with the bytes of values so far and about all that there will be. What it throws
+  /// leaves no file.
+  std::function<void(std::uint64_t written, std::uint64_t expected)> progress = {};
+  OldFile old = OldFile::replaced;  ///< an older result of the same name
+};
+/// Returns the new names of older results. Throws IoError also if the HDF5 library has no deflate.
+std::vector<std::filesystem::path> write_result(const std::filesystem::path& path, const Result& result,
+                                                const WriteOptions& options);
+
 /// Reads a file written by write_result. Throws IoError if it is missing, truncated, or not a surveymc result of a
 /// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
 /// Large maps come as one stream each, and long tables stay on the disk: both read from the file, which must not change
 /// meanwhile.
 Result read_result(const std::filesystem::path& path);
+
+/// As read_result, but looks neither at the seal nor at the content_hash: of a long table or a large map no more is
+/// read than is asked for afterwards. Damage is then found only where HDF5 notices it.
+Result read_unchecked_result(const std::filesystem::path& path);
 
 /// Version of the HDF5 library that the program runs with, "1.10.8".
 std::string hdf5_version();

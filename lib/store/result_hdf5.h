@@ -6,7 +6,6 @@
 #include <functional>
 #include <string>
 
-#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 namespace surveymc::store {
@@ -14,12 +13,15 @@ namespace surveymc::store {
 /// A malformed result is a bug of the study that made it: std::logic_error.
 void check_shape(const Result& result);
 
-/// Writes the whole file, its seal included. Equal results give equal bytes. What is not held is written in pieces.
-/// `compression`: level of deflate, 0 for none (large_files.h). `past_cache`: the file is large (PagedFile). `written`
-/// is called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the
-/// exceptions of streams and of `written`.
-void write_hdf5(AtomicFile& file, const Result& result, int compression, bool past_cache,
-                const std::function<void(std::uint64_t)>& written);
+/// What is called with the bytes of values so far. Its exceptions pass through.
+using Written = std::function<void(std::uint64_t)>;
+
+/// Writes all but the seal to the file `path`, which is there. Equal results give equal bytes. What is not held is
+/// written in pieces. `compression`: level of deflate, 0 for none. Throws Hdf5Failure, and the exceptions of streams.
+void write_hdf5(const std::filesystem::path& path, const Result& result, int compression, const Written& written);
+
+/// The bytes of such a file, for a result that is small.
+std::string hdf5_bytes(const Result& result, int compression, const Written& written);
 
 /// Whether the file says that it is a surveymc result, of any format version. `other`: it is something else;
 /// `unreadable`: it begins as an HDF5 file does, but cannot be read, for the reason that is given ("is damaged ...").

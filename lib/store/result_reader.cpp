@@ -20,7 +20,6 @@
 #include "base/error.h"
 #include "store/hdf5_handle.h"
 #include "store/isolated.h"
-#include "store/large_files.h"
 #include "store/map_boxes.h"
 #include "store/result_file.h"
 #include "store/seal.h"
@@ -160,33 +159,6 @@ Values column_values(hid_t d, H5T_class_t type, std::size_t first, std::size_t c
   throw Hdf5Failure(link + " holds neither numbers nor text");
 }
 
-/// A long column of a file, which is held open.
-class FileValues final : public DiskValues {
- public:
-  FileValues(std::shared_ptr<Handle> file, std::string file_name, std::string dataset_name, std::size_t size,
-             H5T_class_t type)
-      : file_(std::move(file)),
-        file_name_(std::move(file_name)),
-        dataset_name_(std::move(dataset_name)),
-        size_(size),
-        type_(type) {}
-
-  std::size_t size() const override { return size_; }
-  Values read(std::size_t first, std::size_t count) const override {
-    try {
-      return column_values(dataset(*file_, dataset_name_), type_, first, count, dataset_name_);
-    } catch (const Hdf5Failure& e) {
-      throw IoError(fmt::format("{}: {}", file_name_, e.what()));
-    }
-  }
-
- private:
-  std::shared_ptr<Handle> file_;
-  std::string file_name_, dataset_name_;
-  std::size_t size_;
-  H5T_class_t type_;
-};
-
 /// The dimension scale of one dimension of a map.
 Handle scale(hid_t map, unsigned dimension, const std::string& map_name) {
   hid_t id = -1;
@@ -244,7 +216,6 @@ class Reader {
 
  private:
   static Handle open(const fs::path& path, Seal seal) {
-    if (seal == Seal::wrong) throw Hdf5Failure("is damaged or was edited: its checksum does not match");
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, file_access()), "read it as an HDF5 file");
     haddr_t end = 0;  // of what HDF5 has written: behind it stands a seal or nothing
     checked(H5Fget_eoa(file, &end), "find the end of the file");
@@ -327,7 +298,17 @@ class Reader {
     const std::size_t count = length(d, link);
     const H5T_class_t type = type_class(d, link);
     const bool stays = !path.empty() && count > kMostHeldRows;
-    if (stays) c.on_disk = std::make_shared<FileValues>(open_file_, path_.string(), path + "/" + link, count, type);
+    if (stays) {
+      const auto read = [file = open_file_, file_name = path_.string(), name = path + "/" + link, type](
+                            std::size_t first, std::size_t n) {
+        try {
+          return column_values(dataset(*file, name), type, first, n, name);
+        } catch (const Hdf5Failure& e) {
+          throw IoError(fmt::format("{}: {}", file_name, e.what()));
+        }
+      };
+      c.on_disk = std::make_shared<MadeValues>(count, read);
+    }
     c.values = column_values(d, type, 0, stays ? 0 : count, link);
     return c;
   }
@@ -358,7 +339,8 @@ class Reader {
         for (const Box& box : boxes_in(dims, first, count)) {
           checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
                   "select a part of", link);
-          const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
+          const Handle memory(H5Screate_simple(static_cast<int>(box.count.size()), box.count.data(), nullptr),
+                              "make a dataspace");
           checked(H5Dread(d, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, out.data() + (box.first - first)), "read",
                   link);
         }
@@ -410,21 +392,27 @@ class Reader {
   hid_t file_;
 };
 
-/// Runs `read` on the open file; every failure becomes IoError with the path. A file without a seal may come from
-/// anywhere, and HDF5 follows what it says: it is read in a child process first.
-template <class Read>
-auto reading(const fs::path& path, const Read& read, bool is_sealed = false) {
+/// Runs `read` on the open file; every failure becomes IoError with the path. HDF5 follows what a file says, to a crash
+/// or without end, and a seal can be made by anyone: a child process looks first. In it `look` does for a file that has
+/// its seal, and so does all of `read` for another one.
+template <class Read, class Look>
+auto reading(const fs::path& path, const Read& read, const Look& look, bool is_checked = true) {
   silence_hdf5();
   try {
     std::error_code error;
     if (fs::is_directory(path, error)) throw Hdf5Failure("is a folder");
     if (access(path.c_str(), R_OK) != 0) throw Hdf5Failure(std::generic_category().message(errno));
     if (!fs::is_regular_file(path, error)) throw Hdf5Failure("is not a regular file");
-    const Seal seal = is_sealed ? Seal::right : seal_state(path);
-    if (seal == Seal::none)
-      if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, seal)); });
-          !fault.empty())
-        throw Hdf5Failure(fault);
+    const Seal seal = is_checked ? seal_state(path) : Seal::unknown;
+    if (seal == Seal::wrong) throw Hdf5Failure("is damaged or was edited: its checksum does not match");
+    const std::string harm = harm_in_child(fs::file_size(path), [&] {
+      const Reader reader(path, seal);
+      if (seal == Seal::right)
+        look(reader);
+      else
+        read(reader);
+    });
+    if (!harm.empty()) throw Hdf5Failure(harm);
     return read(Reader(path, seal));
   } catch (const Hdf5Failure& e) {
     throw IoError(fmt::format("{}: {}", path.string(), e.what()));
@@ -447,8 +435,8 @@ ResultFileState result_file_state(const fs::path& path) {
     return {ResultFile::unreadable, std::generic_category().message(errno != 0 ? errno : EIO)};
   if (head != kHdf5Signature) return {};
   try {
-    return {reading(path, [](const Reader& reader) { return reader.is_surveymc(); }) ? ResultFile::yes
-                                                                                     : ResultFile::other};
+    const auto read = [](const Reader& reader) { return reader.is_surveymc(); };
+    return {reading(path, read, read) ? ResultFile::yes : ResultFile::other};
   } catch (const IoError& e) {
     return {ResultFile::unreadable, std::string(e.what()).substr(path.string().size() + 2)};
   }
@@ -456,9 +444,13 @@ ResultFileState result_file_state(const fs::path& path) {
 
 namespace {
 
-Result checked_result(const Reader& reader) {
+Result stored_result(const Reader& reader) {
   reader.check_format();
-  Result result = reader.result();
+  return reader.result();
+}
+
+Result checked_result(const Reader& reader) {
+  Result result = stored_result(reader);
   if (content_hash(result) != reader.stored_hash()) {
     throw Hdf5Failure("is damaged or was edited: its contents do not match its content_hash");
   }
@@ -467,27 +459,16 @@ Result checked_result(const Reader& reader) {
 
 }  // namespace
 
-Result read_result(const fs::path& path) { return reading(path, checked_result); }
+Result read_result(const fs::path& path) { return reading(path, checked_result, stored_result); }
 
-Result read_unchecked_result(const fs::path& path) {
-  const auto read = [](const Reader& reader) {
-    reader.check_format();
-    return reader.result();
-  };
-  // Nothing says that the file is whole, so a damage that ends HDF5 must end a process of its own first
-  reading(
-      path, [&](const Reader&) { return true; }, true);
-  if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, Seal::right)); });
-      !fault.empty())
-    throw IoError(fmt::format("{}: {}", path.string(), fault));
-  return reading(path, read, true);
-}
+Result read_unchecked_result(const fs::path& path) { return reading(path, stored_result, stored_result, false); }
 
 std::string stored_content_hash(const fs::path& path) {
-  return reading(path, [](const Reader& reader) {
+  const auto read = [](const Reader& reader) {
     reader.check_format();
     return reader.stored_hash();
-  });
+  };
+  return reading(path, read, read);
 }
 
 }  // namespace surveymc::store

@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <deque>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <variant>
@@ -24,11 +21,9 @@
 #include <fmt/format.h>
 
 #include "store/content_hash.h"
-#include "store/hdf5_driver.h"
 #include "store/hdf5_handle.h"
 #include "store/map_boxes.h"
 #include "store/row_spool.h"
-#include "store/ruled_values.h"
 #include "store/stored_form.h"
 
 namespace surveymc::store {
@@ -54,29 +49,42 @@ Handle creation_properties(hid_t list_class) {
   return properties;
 }
 
-/// Of a dataset in one piece, whose place is there before its values: we write them ourselves.
-Handle contiguous_properties() {
-  Handle properties = creation_properties(H5P_DATASET_CREATE);
-  checked(H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY), "select when to make room");
-  return properties;
-}
+/// Places in a node of the index of chunks, half of them at least in use; HDF5 makes nodes of 2 kB otherwise, most of
+/// them of one chunk.
+constexpr unsigned kChunksOfNode = 4;
 
-/// An empty file.
-Handle new_file(DriverTarget& target) {
-  const Handle access = access_to(target);
+/// An empty file with these properties of access.
+Handle new_file(const std::filesystem::path& path, const Handle& access) {
   // HDF5 1.8 and later can read it
   checked(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "select the format");
-  return Handle(H5Fcreate("surveymc", H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
+  const Handle made_with = creation_properties(H5P_FILE_CREATE);
+  checked(H5Pset_istore_k(made_with, kChunksOfNode), "select the size of the index of chunks");
+  return Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, made_with, access), "start the file");
 }
+
+/// Values in a chunk at most: 512 kB, of which HDF5 holds two of a dataset.
+constexpr std::size_t kChunkValues = std::size_t{1} << 16;
+/// Of smaller datasets deflate would save less than a reader's time.
+constexpr hsize_t kLeastCompressed = 1024;
 
 /// Of a dataset of these lengths in row-major order: as many whole trailing dimensions as there is room for. Values
 /// come in this order, so that a chunk is compressed once, while it is in HDF5's cache of 1 MB.
 std::vector<hsize_t> chunk_of(const std::vector<hsize_t>& dims) {
-  hsize_t room = hsize_t{1} << 16;
+  hsize_t room = kChunkValues;
   std::vector<hsize_t> chunk(dims.size(), 1);
-  for (std::size_t i = dims.size(); i-- > 0 && room > 1; room /= chunk[i]) chunk[i] = std::min(dims[i], room);
+  for (std::size_t i = dims.size(); i-- > 0 && room > 1; room /= chunk[i]) {
+    const hsize_t pieces = (dims[i] + room - 1) / room;
+    chunk[i] = (dims[i] + pieces - 1) / pieces;  // equally long: HDF5 stores the last one whole
+  }
   return chunk;
 }
+
+/// A column of as many texts is in chunks, of so many at most: of pieces that come (kPieceRows) whole ones.
+constexpr std::size_t kManyTexts = 1024, kTextChunk = 4096;
+static_assert(kPieceRows % kTextChunk == 0);
+
+/// What HDF5 has in the place of a text: where its letters are in the file.
+using Reference = std::array<char, 16>;
 
 /// Calls use(pointers) with texts as HDF5 takes them.
 void in_stored_texts(std::span<const std::string> values, const std::function<void(const void*)>& use) {
@@ -88,12 +96,6 @@ void in_stored_texts(std::span<const std::string> values, const std::function<vo
   use(pointers.data());
 }
 
-/// Where the values of a dataset begin in the file; none if they are in chunks.
-std::optional<std::uint64_t> begin_of(hid_t dataset) {
-  const haddr_t begin = H5Dget_offset(dataset);
-  return begin == HADDR_UNDEF ? std::nullopt : std::optional<std::uint64_t>(begin);
-}
-
 /// Properties of a transfer of texts. By default HDF5 clears a megabyte for each.
 Handle text_transfer() {
   Handle transfer(H5Pcreate(H5P_DATASET_XFER), "make a property list");
@@ -101,126 +103,9 @@ Handle text_transfer() {
   return transfer;
 }
 
-/// Lists that are as long are written by SharedTexts.
-constexpr std::size_t kManyTexts = 1024;
-
-/// A list of texts, many of which are the same, in pieces. An HDF5 text in a list is a reference to letters elsewhere
-/// in the file. HDF5 writes the letters again for every text; here a text that has been there before has the reference
-/// of the first. For all that read the file it is as any other list of texts.
-class SharedTexts {
- public:
-  SharedTexts(hid_t dataset, std::string link, hid_t type, PagedFile& pages)
-      : dataset_(dataset), link_(std::move(link)), type_(type), pages_(pages) {}
-
-  void write(const CycledWords& values) {
-    const std::vector<std::string>& words = values.words();
-    if (values.size() == 0) return;
-    std::vector<hsize_t> places(words.size());
-    std::iota(places.begin(), places.end(), hsize_t{0});
-    forget();
-    add(words, places);
-    constexpr std::size_t kTogether = std::size_t{1} << 14;
-    const std::size_t most = std::min(values.times(), kTogether / words.size() + 1);
-    std::vector<Reference> cycles;
-    for (std::size_t i = 0; i < most; ++i) cycles.insert(cycles.end(), references_.begin(), references_.end());
-    for (std::size_t done = 0; done < values.times();) {
-      const std::size_t times = std::min(most, values.times() - done);
-      pages_.write(begin() + done * words.size() * kReference, cycles.data(), times * words.size() * kReference);
-      done += times;
-    }
-    forget();
-  }
-
-  /// Values `first` and following.
-  void write(const std::vector<std::string>& values, hsize_t first) {
-    constexpr std::size_t kTogether = std::size_t{1} << 16;
-    for (std::size_t from = 0; from < values.size(); from += kTogether) {
-      const std::span<const std::string> some(values.data() + from, std::min(kTogether, values.size() - from));
-      if (!write_shared(some, first + from)) write_each(some, first + from);
-    }
-  }
-
- private:
-  static constexpr std::size_t kReference = 16;  // length, address of a heap, number in it
-  using Reference = std::array<char, kReference>;
-
-  /// False, and nothing is written, if too many of them are new.
-  bool write_shared(std::span<const std::string> values, hsize_t first) {
-    constexpr std::size_t kMostKnown = std::size_t{1} << 16;  // some MB
-    if (known_.size() > kMostKnown) forget();
-    std::vector<std::size_t> codes(values.size());
-    std::vector<std::string> fresh;
-    std::vector<hsize_t> places;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (i > 0 && values[i] == values[i - 1]) {
-        codes[i] = codes[i - 1];
-        continue;
-      }
-      const auto [it, is_new] = known_.try_emplace(values[i], references_.size() + fresh.size());
-      codes[i] = it->second;
-      if (!is_new) continue;
-      fresh.push_back(values[i]);
-      places.push_back(first + i);
-      if (fresh.size() * 8 > values.size()) {
-        forget();
-        return false;
-      }
-    }
-    add(fresh, places);
-    std::vector<Reference> stored(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) stored[i] = references_[codes[i]];
-    pages_.write(begin() + first * kReference, stored.data(), stored.size() * kReference);
-    return true;
-  }
-
-  void write_each(std::span<const std::string> values, hsize_t first) {
-    const hsize_t count = values.size();
-    const Handle space(H5Dget_space(dataset_), "read the shape of", link_);
-    checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, nullptr, &count, nullptr), "select a part of", link_);
-    const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
-    in_stored_texts(values, [&](const void* stored) {
-      checked(H5Dwrite(dataset_, type_, memory, space, transfer_, stored), "write", link_);
-    });
-  }
-
-  void forget() {
-    known_.clear();
-    references_.clear();
-  }
-
-  /// Has HDF5 write texts that are new, each to its place, and looks at the references that it made.
-  void add(const std::vector<std::string>& texts, const std::vector<hsize_t>& places) {
-    if (texts.empty()) return;
-    const hsize_t count = texts.size();
-    const Handle space(H5Dget_space(dataset_), "read the shape of", link_);
-    checked(H5Sselect_elements(space, H5S_SELECT_SET, count, places.data()), "select a part of", link_);
-    const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
-    in_stored_texts(texts, [&](const void* stored) {
-      checked(H5Dwrite(dataset_, type_, memory, space, transfer_, stored), "write", link_);
-    });
-    checked(H5Dflush(dataset_), "write", link_);
-    for (const hsize_t place : places)
-      pages_.read(begin() + place * kReference, references_.emplace_back().data(), kReference);
-  }
-
-  std::uint64_t begin() const {
-    const std::optional<std::uint64_t> begin = begin_of(dataset_);
-    if (!begin) throw Hdf5Failure("cannot find the place of " + link_);
-    return *begin;
-  }
-
-  hid_t dataset_;
-  std::string link_;
-  hid_t type_;
-  PagedFile& pages_;
-  const Handle transfer_ = text_transfer();
-  std::unordered_map<std::string, std::size_t> known_;  ///< text: number of its reference
-  std::vector<Reference> references_;
-};
-
 class Writer {
  public:
-  Writer(PagedFile& pages, int compression) : pages_(pages), compression_(compression) {
+  Writer(int compression, const Written& written) : compression_(compression), written_(written) {
     if (compression > 0 && H5Zfilter_avail(H5Z_FILTER_DEFLATE) <= 0)
       throw Hdf5Failure("cannot be compressed: the HDF5 library has no deflate");
   }
@@ -264,118 +149,170 @@ class Writer {
   hid_t type_of(const std::vector<std::int64_t>&) const { return H5T_NATIVE_INT64; }
   hid_t type_of(const std::vector<std::string>&) const { return text_; }
 
-  /// Where the values of a dataset go.
-  struct Place {
-    hid_t dataset;
-    const std::string& link;
-    std::optional<std::uint64_t> begin;  ///< in the file; none: in chunks, which HDF5 writes
-  };
-  static Place place_of(hid_t d, const std::string& link) { return {d, link, begin_of(d)}; }
-
-  /// Numbers `first` and following, in row-major order, as they are stored.
-  template <class T>
-  void put(const Place& to, hsize_t first, std::span<const T> stored) {
-    if (to.begin) return pages_.write(*to.begin + first * sizeof(T), stored.data(), stored.size_bytes());
-    const Handle space(H5Dget_space(to.dataset), "read the shape of", to.link);
-    Dims dims(static_cast<std::size_t>(checked(H5Sget_simple_extent_ndims(space), "read the shape of", to.link)));
-    checked(H5Sget_simple_extent_dims(space, dims.data(), nullptr), "read the shape of", to.link);
-    for (const Box& box : boxes_in(dims, first, stored.size())) {
-      const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
+  /// Calls use(memory, space, offset) for values first .. first + count - 1 of a dataset, in row-major order: for each
+  /// box of them, which begins at `offset` in the list.
+  template <class Use>
+  void in_boxes(hid_t d, const std::string& link, hsize_t first, hsize_t count, const Use& use) {
+    const Handle space(H5Dget_space(d), "read the shape of", link);
+    Dims dims(static_cast<std::size_t>(checked(H5Sget_simple_extent_ndims(space), "read the shape of", link)));
+    if (dims.empty()) return use(H5S_ALL, H5S_ALL, 0);
+    checked(H5Sget_simple_extent_dims(space, dims.data(), nullptr), "read the shape of", link);
+    for (const Box& box : boxes_in(dims, first, count)) {
+      const Handle memory(H5Screate_simple(static_cast<int>(box.count.size()), box.count.data(), nullptr),
+                          "make a dataspace");
       checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
-              "select a part of", to.link);
-      const hid_t type = std::is_same_v<T, double> ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64;
-      checked(H5Dwrite(to.dataset, type, memory, space, H5P_DEFAULT, stored.data() + (box.first - first)), "write",
-              to.link);
+              "select a part of", link);
+      use(memory, space, static_cast<std::size_t>(box.first - first));
     }
   }
-
-  /// Writes values `first` and following, and adds them to the hash if there is one.
-  void put(const Place& to, hsize_t first, const std::vector<double>& values, ContentHash* hash) {
-    put_and_show(to, first, values, [&](std::span<const double> piece) {
-      if (hash) hash->add(piece);
+  void write_boxes(hid_t d, const std::string& link, hsize_t first, hid_t type, const char* values, std::size_t count,
+                   std::size_t size) {
+    in_boxes(d, link, first, count, [&](hid_t memory, hid_t space, std::size_t at) {
+      checked(H5Dwrite(d, type, memory, space, text_transfer_, values + at * size), "write", link);
     });
   }
-  /// Calls show(piece) for all values as they are stored, just before they are written.
+  void put(hid_t d, const std::string& link, hsize_t first, hid_t type, const void* values, std::size_t count,
+           std::size_t size) {
+    write_boxes(d, link, first, type, static_cast<const char*>(values), count, size);
+    bytes_ += count * size;
+    if (written_) written_(bytes_);
+  }
+
+  /// Writes values `first` and following, in row-major order. Calls show(piece) for all of them, as they are stored,
+  /// just before.
   template <class Show>
-  void put_and_show(const Place& to, hsize_t first, const std::vector<double>& values, const Show& show) {
+  void put(hid_t d, const std::string& link, hsize_t first, const std::vector<double>& values, const Show& show) {
     in_canonical_pieces(values, [&](std::span<const double> piece) {
       show(piece);
-      put(to, first, piece);
+      put(d, link, first, H5T_NATIVE_DOUBLE, piece.data(), piece.size(), sizeof(double));
       first += piece.size();
     });
   }
-  void put(const Place& to, hsize_t first, const std::vector<std::int64_t>& values, ContentHash* hash) {
+  template <class Show>
+  void put(hid_t d, const std::string& link, hsize_t first, const std::vector<std::int64_t>& values, const Show& show) {
     if (values.empty()) return;
-    if (hash) hash->add(std::span(values));
-    put(to, first, std::span(values));
+    show(std::span(values));
+    put(d, link, first, H5T_NATIVE_INT64, values.data(), values.size(), sizeof values[0]);
+  }
+  template <class Show>
+  void put(hid_t d, const std::string& link, hsize_t first, const std::vector<std::string>& values, const Show& show) {
+    if (values.empty()) return;
+    show(std::span(values));
+    const hsize_t chunk = text_chunk(d, link), end = first + values.size();
+    while (first < end) {
+      const hsize_t next = chunk == 0 ? end : std::min(end, (first / chunk + 1) * chunk);
+      const std::span some(values.data() + (values.size() - (end - first)), next - first);
+      const bool is_whole = some.size() == chunk;
+      if (!is_whole || !put_shared(d, link, first, some)) put_each(d, link, first, some);
+      bytes_ += some.size() * sizeof(Reference);
+      first = next;
+    }
+    if (written_) written_(bytes_);
   }
 
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<double>& values) {
-    Handle d = empty_dataset(parent, link, dims, type_of(values));
-    put(place_of(d, link), 0, values, nullptr);
-    return d;
+  /// How many texts are in a chunk of a list; 0 if it has none.
+  static hsize_t text_chunk(hid_t d, const std::string& link) {
+    const Handle made(H5Dget_create_plist(d), "read how it was made:", link);
+    hsize_t chunk = 0;
+    if (H5Pget_layout(made) == H5D_CHUNKED) checked(H5Pget_chunk(made, 1, &chunk), "read the chunks of", link);
+    return chunk;
   }
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::string>& values) {
-    Handle d = empty_dataset(parent, link, dims, text_);
-    if (values.empty()) return d;  // H5Dwrite refuses a null pointer
-    if (dims.size() == 1 && values.size() >= kManyTexts) {
-      SharedTexts(d, link, text_, pages_).write(values, 0);
-      return d;
+
+  void put_each(hid_t d, const std::string& link, hsize_t first, std::span<const std::string> values) {
+    constexpr std::size_t kTogether = std::size_t{1} << 15;
+    for (std::size_t at = 0; at < values.size(); at += kTogether) {
+      const auto some = values.subspan(at, std::min(kTogether, values.size() - at));
+      in_stored_texts(some, [&](const void* stored) {
+        write_boxes(d, link, first + at, text_, static_cast<const char*>(stored), some.size(), sizeof(const char*));
+      });
     }
-    in_stored_texts(values, [&](const void* stored) {
-      checked(H5Dwrite(d, text_, H5S_ALL, H5S_ALL, text_transfer_, stored), "write dataset", link);
-    });
-    return d;
   }
+
+  /// Writes a whole chunk of texts, many of which are equal. HDF5 would store every one again, and spend a good part of
+  /// the time of all writing on that. Here it stores each text once, and its reference is written for all that are
+  /// equal. Returns false, and writes nothing, if too many of them are new.
+  bool put_shared(hid_t d, const std::string& link, hsize_t first, std::span<const std::string> values) {
+    constexpr std::size_t kMostKnown = std::size_t{1} << 16;  // some MB
+    if (references_.size() > kMostKnown) forget_texts();
+    std::vector<std::size_t> codes;
+    std::vector<std::string> fresh;
+    codes.reserve(values.size());
+    for (const std::string& text : values) {
+      const auto [known, is_new] = known_.try_emplace(text, references_.size() + fresh.size());
+      codes.push_back(known->second);
+      if (is_new) fresh.push_back(text);
+      if (fresh.size() > values.size() / 8) {
+        forget_texts();
+        return false;
+      }
+    }
+    std::vector<Reference> chunk(values.size());
+    if (!fresh.empty()) {
+      put_each(d, link, first, fresh);
+      std::uint32_t skipped_filters = 0;
+      checked(H5Dread_chunk(d, H5P_DEFAULT, &first, &skipped_filters, chunk.data()), "read back", link);
+      references_.insert(references_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(fresh.size()));
+    }
+    for (std::size_t i = 0; i < codes.size(); ++i) chunk[i] = references_[codes[i]];
+    checked(H5Dwrite_chunk(d, H5P_DEFAULT, 0, &first, chunk.size() * sizeof(Reference), chunk.data()), "write", link);
+    return true;
+  }
+
+  void forget_texts() {
+    known_.clear();
+    references_.clear();
+  }
+
   template <class... V>
   Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::variant<V...>& values) {
     return std::visit([&](const auto& v) { return dataset(parent, link, dims, v); }, values);
   }
+  template <class T>
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<T>& values) {
+    Handle d = empty_dataset(parent, link, dims, type_of(values));
+    put(d, link, 0, values, [](const auto&) {});
+    return d;
+  }
+  /// Numbers are in chunks with a Fletcher32 checksum each. HDF5 filters no texts, which are elsewhere, and no dataset
+  /// without dimensions or values.
   Handle empty_dataset(hid_t parent, const std::string& link, const Dims& dims, hid_t type) {
     const Handle space(
         dims.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
         "make a dataspace for", link);
-    const auto made_with = [&](hid_t properties) {
-      return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
-                    "create dataset", link);
-    };
-    if (!is_compressed(dims, type)) return made_with(contiguous_);
-    const Handle packed = creation_properties(H5P_DATASET_CREATE);
-    const Dims chunk = chunk_of(dims);
-    checked(H5Pset_chunk(packed, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
-    checked(H5Pset_shuffle(packed), "shuffle", link);
-    checked(H5Pset_deflate(packed, static_cast<unsigned>(compression_)), "compress", link);
-    return made_with(packed);
+    const Handle properties = creation_properties(H5P_DATASET_CREATE);
+    hsize_t size = dims.empty() ? 0 : 1;
+    for (const hsize_t d : dims) size *= d;
+    const bool is_text = type == text_;
+    if (size >= (is_text ? kManyTexts : 1)) {
+      const Dims chunk = is_text ? Dims{std::min<hsize_t>(size, kTextChunk)} : chunk_of(dims);
+      checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
+    }
+    if (!is_text && size > 0) {
+      checked(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER), "leave out fill values of", link);
+      if (compression_ > 0 && size >= kLeastCompressed) {
+        checked(H5Pset_shuffle(properties), "shuffle", link);
+        checked(H5Pset_deflate(properties, static_cast<unsigned>(compression_)), "compress", link);
+      }
+      checked(H5Pset_fletcher32(properties), "add checksums to", link);
+    }
+    return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT), "create dataset",
+                  link);
   }
 
   /// A column, in pieces if it is not held, and its share of the hash.
   Handle column_dataset(hid_t parent, const std::string& link, const Column& c, ContentHash* hash) {
     if (hash) hash->begin(c);
-    if (!c.on_disk && std::holds_alternative<std::vector<std::string>>(c.values)) {
-      const auto& words = std::get<std::vector<std::string>>(c.values);
-      if (hash) hash->add(std::span(words));
-      return dataset(parent, link, {c.size()}, words);
-    }
     Handle d = empty_dataset(parent, link, {c.size()}, std::visit([&](const auto& v) { return type_of(v); }, c.values));
-    const Place place = place_of(d, link);
-    SharedTexts texts(d, link, text_, pages_);
-    const auto* cycled = dynamic_cast<const CycledWords*>(c.on_disk.get());
-    if (cycled && c.size() == cycled->size()) {
-      if (hash) hash->add(*cycled);
-      texts.write(*cycled);
-      return d;
-    }
     hsize_t at = 0;
     c.for_each_piece([&](const Values& piece) {
-      if (const auto* numbers = std::get_if<std::vector<double>>(&piece)) {
-        put(place, at, *numbers, hash);
-      } else if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&piece)) {
-        put(place, at, *counts, hash);
-      } else if (const auto& words = std::get<std::vector<std::string>>(piece); !words.empty()) {
-        if (hash) hash->add(std::span(words));
-        texts.write(words, at);
-      }
-      at += std::visit([](const auto& v) { return v.size(); }, piece);
+      std::visit(
+          [&](const auto& values) {
+            put(d, link, at, values, [&](const auto& stored) {
+              if (hash) hash->add(stored);
+            });
+            at += values.size();
+          },
+          piece);
     });
     return d;
   }
@@ -425,12 +362,12 @@ class Writer {
   void write_columns(hid_t g, const Table& table, ContentHash* hash) {
     attribute(g, "long_name", table.long_name);
     const Dims dims = {table.rows()};
-    const auto numbers = std::make_shared<RowNumbers>(table.rows());
     Column row_numbers{kRow, "1", "row number, from 0", std::vector<std::int64_t>{}};
-    if (table.rows() <= kPieceRows)
-      row_numbers.values = numbers->read(0, table.rows());
-    else
-      row_numbers.on_disk = numbers;
+    row_numbers.on_disk = std::make_shared<MadeValues>(table.rows(), [](std::size_t first, std::size_t count) {
+      std::vector<std::int64_t> numbers(count);
+      std::iota(numbers.begin(), numbers.end(), static_cast<std::int64_t>(first));
+      return numbers;
+    });
     const Handle row = described(g, kRow, dims, row_numbers);
     checked(H5DSset_scale(row, kRow), "make the dimension scale of", table.name);
 
@@ -537,32 +474,23 @@ class Writer {
   void write_values(const MapStream& s, const std::vector<Handle>& datasets, MapHashes& hashes) {
     if (s.maps.empty()) return;
     StreamHash hash(s.maps);
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < datasets.size(); ++i) places.push_back(place_of(datasets[i], s.maps[i].name));
     const std::size_t size = map_size(s.maps.front());
     for (std::size_t at = 0; at < size; at += kStreamPiece) {
       const std::vector<std::vector<double>> piece = s.values(at, std::min(kStreamPiece, size - at));
-      for (std::size_t i = 0; i < places.size(); ++i)
-        put_and_show(places[i], at, piece[i], [&](std::span<const double> stored) { hash.add(i, stored); });
+      for (std::size_t i = 0; i < datasets.size(); ++i)
+        put(datasets[i], s.maps[i].name, at, piece[i], [&](std::span<const double> stored) { hash.add(i, stored); });
     }
     hash.finish(hashes);
   }
 
-  /// Of small datasets the index of the chunks would be larger than what is saved.
-  bool is_compressed(const Dims& dims, hid_t type) const {
-    constexpr hsize_t kLeast = 1024;
-    if (compression_ == 0 || type == text_) return false;
-    hsize_t size = dims.empty() ? 0 : 1;
-    for (const hsize_t d : dims) size *= d;
-    return size >= kLeast;
-  }
-
-  PagedFile& pages_;
   const int compression_;
+  const Written& written_;
+  std::uint64_t bytes_ = 0;
+  std::unordered_map<std::string, std::size_t> known_;  // texts that are in the file, and places in references_
+  std::vector<Reference> references_;
   const Handle text_ = text_type();
   const Handle text_transfer_ = text_transfer();
   const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
-  const Handle contiguous_ = contiguous_properties();
 };
 
 }  // namespace
@@ -602,21 +530,34 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-void write_hdf5(AtomicFile& file, const Result& result, int compression, bool past_cache,
-                const std::function<void(std::uint64_t)>& written) {
+namespace {
+
+/// Calls write(), which closes all that it opens; throws Hdf5Failure if something could not be closed.
+void closing(const std::function<void()>& write) {
   silence_hdf5();
   close_fault().clear();
-  DriverTarget target(file, past_cache, written);
-  try {
-    const Handle hdf5 = new_file(target);
-    Writer(target.pages, compression).write(hdf5, result);
-  } catch (const Hdf5Failure&) {
-    if (target.error) std::rethrow_exception(target.error);
-    throw;
-  }
-  if (target.error) std::rethrow_exception(target.error);
-  if (!close_fault().empty()) throw Hdf5Failure("cannot close the file: " + close_fault());
-  target.pages.finish(target.allocated);
+  write();
+  if (!close_fault().empty()) throw Hdf5Failure(close_fault());
+}
+
+}  // namespace
+
+void write_hdf5(const std::filesystem::path& path, const Result& result, int compression, const Written& written) {
+  closing([&] { Writer(compression, written).write(new_file(path, file_access()), result); });
+}
+
+std::string hdf5_bytes(const Result& result, int compression, const Written& written) {
+  constexpr std::size_t kIncrement = std::size_t{1} << 20;
+  std::string bytes;
+  closing([&] {
+    const Handle access = file_access();
+    checked(H5Pset_fapl_core(access, kIncrement, false), "make a file in memory");
+    const Handle file = new_file("in memory", access);
+    Writer(compression, written).write(file, result);
+    bytes.resize(static_cast<std::size_t>(checked(H5Fget_file_image(file, nullptr, 0), "find the size of the file")));
+    checked(H5Fget_file_image(file, bytes.data(), bytes.size()), "read the file in memory");
+  });
+  return bytes;
 }
 
 }  // namespace surveymc::store

@@ -6,153 +6,124 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
-#include <stdexcept>
 #include <string>
-#include <system_error>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "base/bytes.h"
 #include "base/error.h"
 #include "base/retry.h"
 
 namespace surveymc::store {
 namespace {
 
-std::string spool_folder() {
-  const char* named = std::getenv("TMPDIR");
-  return named && *named ? named : "/var/tmp";
-}
-
 /// A file that is gone when nothing refers to it any more.
 class SpoolFile {
  public:
-  static std::shared_ptr<SpoolFile> open() {
-    const std::string folder = spool_folder();
-    std::string name = folder + "/surveymc_rows_XXXXXX";
-    const int file = mkostemp(name.data(), O_CLOEXEC);
-    if (file < 0) refuse(folder, errno);
+  SpoolFile() {
+    const char* named = std::getenv("TMPDIR");
+    folder_ = named && *named ? named : "/var/tmp";
+    std::string name = folder_ + "/surveymc_rows_XXXXXX";
+    file_ = mkostemp(name.data(), O_CLOEXEC);
+    if (file_ < 0) refuse(errno);
     unlink(name.c_str());
-    return std::shared_ptr<SpoolFile>(new SpoolFile(folder, file));
   }
   SpoolFile(const SpoolFile&) = delete;
   SpoolFile& operator=(const SpoolFile&) = delete;
   ~SpoolFile() { close(file_); }
 
   /// Where the bytes begin.
-  std::uint64_t append(const void* bytes, std::size_t size) {
-    transfer(pwrite, static_cast<const char*>(bytes), size, end_, ENOSPC);
-    end_ += size;
-    return end_ - size;
+  std::uint64_t append(const std::string& bytes) {
+    transfer(pwrite, bytes.data(), bytes.size(), end_, ENOSPC);
+    end_ += bytes.size();
+    return end_ - bytes.size();
   }
-
-  void read(std::uint64_t begin, void* bytes, std::size_t size) const {
-    transfer(pread, static_cast<char*>(bytes), size, begin, EIO);
+  std::string read(std::uint64_t begin, std::size_t size) const {
+    std::string bytes(size, '\0');
+    transfer(pread, bytes.data(), size, begin, EIO);
+    return bytes;
   }
 
  private:
-  SpoolFile(std::string folder, int file) : folder_(std::move(folder)), file_(file) {}
-
   /// Calls pread or pwrite until all bytes are done. `end`: the error where nothing more is done.
   template <class Call, class Byte>
   void transfer(const Call& call, Byte* next, std::size_t left, std::uint64_t at, int end) const {
     while (left > 0) {
       const ssize_t n = uninterrupted([&] { return call(file_, next, left, static_cast<off_t>(at)); });
-      if (n <= 0) refuse(folder_, n < 0 ? errno : end);
+      if (n <= 0) refuse(n < 0 ? errno : end);
       next += n;
       left -= static_cast<std::size_t>(n);
       at += static_cast<std::uint64_t>(n);
     }
   }
-
-  [[noreturn]] static void refuse(const std::string& folder, int error_number) {
+  [[noreturn]] void refuse(int error_number) const {
     throw IoError(
         fmt::format("{}: rows that do not fit in memory cannot be kept there: {}: name a folder with room by "
                     "the environment variable TMPDIR",
-                    folder, std::generic_category().message(error_number)));
+                    folder_, std::generic_category().message(error_number)));
   }
 
   std::string folder_;
-  int file_;
+  int file_ = -1;
   std::uint64_t end_ = 0;
 };
 
-/// Values that were moved together: numbers as they are; of texts the lengths, then the letters.
-struct Extent {
-  std::size_t values = 0;
-  std::uint64_t begin = 0, bytes = 0;  ///< `bytes` of the letters
-};
-
-/// Immutable: more values make another one, which shares the file.
+/// Values of a column in records of at most kPieceRows values. Immutable: more values make another one, which shares
+/// the file.
 class SpooledValues final : public DiskValues {
  public:
-  SpooledValues(std::shared_ptr<SpoolFile> file, std::size_t kind) : file_(std::move(file)), kind_(kind) {}
+  SpooledValues(std::shared_ptr<SpoolFile> file, Values none) : file_(std::move(file)), none_(std::move(none)) {}
 
-  std::shared_ptr<const SpooledValues> with(const Values& more) const {
-    auto longer = std::make_shared<SpooledValues>(*this);
-    std::visit([&](const auto& v) { longer->extents_.push_back(longer->written(v)); }, more);
-    longer->size_ += longer->extents_.back().values;
-    return longer;
+  void add(const Values& values) {
+    std::visit(
+        [&](const auto& list) {
+          for (std::size_t at = 0; at < list.size(); at += kPieceRows) {
+            const auto begin = list.begin() + static_cast<std::ptrdiff_t>(at);
+            const std::size_t count = std::min(kPieceRows, list.size() - at);
+            ByteWriter out;
+            out.put(std::decay_t<decltype(list)>(begin, begin + static_cast<std::ptrdiff_t>(count)));
+            const std::string bytes = out.take();
+            records_.push_back({size_, count, file_->append(bytes), bytes.size()});
+            size_ += count;
+          }
+        },
+        values);
   }
 
   std::size_t size() const override { return size_; }
 
   Values read(std::size_t first, std::size_t count) const override {
-    if (kind_ == 0) return read_list<double>(first, count);
-    if (kind_ == 1) return read_list<std::int64_t>(first, count);
-    return read_list<std::string>(first, count);
+    Values out = none_;
+    std::visit(
+        [&](auto& list) {
+          for (const Record& r : records_) {
+            const std::size_t from = std::max(first, r.first), to = std::min(first + count, r.first + r.count);
+            if (from >= to) continue;
+            const std::string bytes = file_->read(r.begin, r.bytes);
+            std::decay_t<decltype(list)> all;
+            ByteReader(bytes).fields(all);
+            list.insert(list.end(), all.begin() + static_cast<std::ptrdiff_t>(from - r.first),
+                        all.begin() + static_cast<std::ptrdiff_t>(to - r.first));
+          }
+        },
+        out);
+    return out;
   }
 
  private:
-  template <class T>
-  Extent written(const std::vector<T>& values) {
-    return {values.size(), file_->append(values.data(), values.size() * sizeof(T)), 0};
-  }
-  Extent written(const std::vector<std::string>& values) {
-    std::vector<std::uint64_t> lengths;
-    std::string letters;
-    for (const std::string& s : values) {
-      lengths.push_back(s.size());
-      letters += s;
-    }
-    const std::uint64_t begin = file_->append(lengths.data(), lengths.size() * sizeof(std::uint64_t));
-    file_->append(letters.data(), letters.size());
-    return {values.size(), begin, letters.size()};
-  }
-
-  template <class T>
-  std::vector<T> read_list(std::size_t first, std::size_t count) const {
-    std::vector<T> out;
-    out.reserve(count);
-    std::size_t begin = 0;  // of the extent, in values
-    for (const Extent& e : extents_) {
-      const std::size_t from = std::max(first, begin), to = std::min(first + count, begin + e.values);
-      if (from < to) add_values(e, from - begin, to - from, out);
-      begin += e.values;
-    }
-    return out;
-  }
-  template <class T>
-  void add_values(const Extent& e, std::size_t from, std::size_t count, std::vector<T>& out) const {
-    const std::size_t at = out.size();
-    out.resize(at + count);
-    file_->read(e.begin + from * sizeof(T), out.data() + at, count * sizeof(T));
-  }
-  void add_values(const Extent& e, std::size_t from, std::size_t count, std::vector<std::string>& out) const {
-    std::vector<std::uint64_t> lengths(e.values);
-    file_->read(e.begin, lengths.data(), e.values * sizeof(std::uint64_t));
-    std::string letters(e.bytes, '\0');
-    file_->read(e.begin + e.values * sizeof(std::uint64_t), letters.data(), letters.size());
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < from + count; at += lengths[i++])
-      if (i >= from) out.push_back(letters.substr(at, lengths[i]));
-  }
-
+  struct Record {
+    std::size_t first, count;
+    std::uint64_t begin;
+    std::size_t bytes;
+  };
   std::shared_ptr<SpoolFile> file_;
-  std::size_t kind_, size_ = 0;
-  std::vector<Extent> extents_;
+  Values none_;
+  std::size_t size_ = 0;
+  std::vector<Record> records_;
 };
 
 }  // namespace
@@ -161,13 +132,16 @@ void move_to_disk(Table& table) {
   std::shared_ptr<SpoolFile> file;
   std::vector<std::shared_ptr<const DiskValues>> moved;  // the table changes when all have been written
   for (const Column& c : table.columns) {
+    std::shared_ptr<SpooledValues> all;
     if (const auto kept = std::dynamic_pointer_cast<const SpooledValues>(c.on_disk)) {
-      moved.push_back(kept->with(c.values));
-      continue;
+      all = std::make_shared<SpooledValues>(*kept);
+      all->add(c.values);
+    } else {
+      if (!file) file = std::make_shared<SpoolFile>();
+      all = std::make_shared<SpooledValues>(
+          file, std::visit([](const auto& v) { return Values(std::decay_t<decltype(v)>()); }, c.values));
+      c.for_each_piece([&](const Values& piece) { all->add(piece); });
     }
-    if (!file) file = SpoolFile::open();
-    auto all = std::make_shared<const SpooledValues>(file, c.values.index());
-    c.for_each_piece([&](const Values& piece) { all = all->with(piece); });
     moved.push_back(std::move(all));
   }
   for (std::size_t i = 0; i < moved.size(); ++i) {
@@ -179,12 +153,7 @@ void move_to_disk(Table& table) {
 void hold_less(Table& table) {
   std::size_t bytes = 0;
   for (const Column& c : table.columns)
-    bytes += std::visit(
-        [](const auto& values) {
-          constexpr bool is_text = std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>;
-          return values.size() * (is_text ? sizeof(std::string) : sizeof(double));
-        },
-        c.values);
+    bytes += std::visit([](const auto& values) { return values.size() * sizeof(values[0]); }, c.values);
   if (bytes > kMostHeldBytes) move_to_disk(table);
 }
 

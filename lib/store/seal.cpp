@@ -1,12 +1,12 @@
 #include "store/seal.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -15,73 +15,70 @@ namespace surveymc::store {
 namespace {
 
 constexpr std::string_view kMark = "SMCSEAL2", kEarlierMark = "SMCSEAL1";
-constexpr std::size_t kSealSize = kMark.size() + sizeof(PageHash);
+constexpr std::size_t kSealSize = kMark.size() + sizeof(XXH128_canonical_t);
+constexpr std::size_t kPage = std::size_t{1} << 16;
 
-PageHash canonical(XXH128_hash_t hash) {
+std::string canonical(XXH128_hash_t hash) {
   XXH128_canonical_t digest;
   XXH128_canonicalFromHash(&digest, hash);
-  PageHash bytes;
-  static_assert(sizeof bytes == sizeof digest.digest);
-  std::memcpy(bytes.data(), digest.digest, sizeof bytes);
-  return bytes;
+  return {reinterpret_cast<const char*>(digest.digest), sizeof digest.digest};
 }
 
-std::string seal_text(std::string_view mark, const PageHash& hash) {
-  std::string seal(mark);
-  seal.append(reinterpret_cast<const char*>(hash.data()), hash.size());
-  return seal;
-}
-
-/// Calls use(bytes, size) for the next `size` bytes, page by page; false if they cannot be read.
-template <class Use>
-bool for_each_page(std::ifstream& in, std::uintmax_t size, const Use& use) {
-  std::vector<char> page(kSealedPage);
-  for (std::uintmax_t left = size; left > 0;) {
-    const std::size_t n = std::min<std::uintmax_t>(left, page.size());
-    if (!in.read(page.data(), static_cast<std::streamsize>(n))) return false;
-    use(page.data(), n);
-    left -= n;
+/// The seal of pages that pass by: kPage bytes each, but for the last one.
+class SealOfPages {
+ public:
+  explicit SealOfPages(std::string_view mark) : mark_(mark) { XXH3_128bits_reset(&state_); }
+  void add(std::string_view page) {
+    const std::string hash = mark_ == kMark ? canonical(XXH3_128bits(page.data(), page.size())) : std::string();
+    if (mark_ == kMark) page = hash;
+    XXH3_128bits_update(&state_, page.data(), page.size());
   }
-  return true;
-}
+  std::string text() const { return std::string(mark_) + canonical(XXH3_128bits_digest(&state_)); }
 
-/// The seal with this mark for the next `size` bytes; none if they cannot be read.
-std::optional<std::string> seal_of_bytes(std::string_view mark, std::ifstream& in, std::uintmax_t size) {
-  if (mark == kMark) {
-    std::vector<PageHash> pages;
-    const auto add = [&](const char* bytes, std::size_t n) { pages.push_back(page_hash(bytes, n)); };
-    if (!for_each_page(in, size, add)) return std::nullopt;
-    return seal_of(pages);
+ private:
+  std::string_view mark_;
+  XXH3_state_t state_;
+};
+
+/// The seal for the first `size` bytes; "" if they cannot be read.
+std::string seal_of_bytes(std::string_view mark, std::ifstream& in, std::uintmax_t size) {
+  SealOfPages seal(mark);
+  std::string page(kPage, '\0');
+  in.seekg(0);
+  for (std::uintmax_t left = size; left > 0; left -= page.size()) {
+    page.resize(std::min<std::uintmax_t>(left, kPage));
+    if (!in.read(page.data(), static_cast<std::streamsize>(page.size()))) return "";
+    seal.add(page);
   }
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  const auto add = [&](const char* bytes, std::size_t n) { XXH3_128bits_update(&state, bytes, n); };
-  if (!for_each_page(in, size, add)) return std::nullopt;
-  return seal_text(mark, canonical(XXH3_128bits_digest(&state)));
+  return seal.text();
 }
 
 }  // namespace
 
-PageHash page_hash(const char* bytes, std::size_t size) { return canonical(XXH3_128bits(bytes, size)); }
+std::string seal_of(std::string_view bytes) {
+  SealOfPages seal(kMark);
+  for (std::size_t at = 0; at < bytes.size(); at += kPage) seal.add(bytes.substr(at, kPage));
+  return seal.text();
+}
 
-std::string seal_of(const std::vector<PageHash>& pages) {
-  return seal_text(kMark, canonical(XXH3_128bits(pages.data(), pages.size() * sizeof(PageHash))));
+std::string seal_of_file(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  std::string seal = seal_of_bytes(kMark, in, std::filesystem::file_size(path));
+  if (seal.empty()) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+  return seal;
 }
 
 Seal seal_state(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path);
   if (size < kSealSize) return Seal::none;
-  const std::uintmax_t sealed = size - kSealSize;
   std::ifstream in(path, std::ios::binary);
   std::string seal(kSealSize, '\0');
-  in.seekg(static_cast<std::streamoff>(sealed));
+  in.seekg(static_cast<std::streamoff>(size - kSealSize));
   in.read(seal.data(), kSealSize);
   const std::string_view mark = std::string_view(seal).substr(0, kMark.size());
   if (!in || (mark != kMark && mark != kEarlierMark)) return Seal::none;
-
-  in.seekg(0);
-  const auto right = seal_of_bytes(mark, in, sealed);
-  return right && seal == *right ? Seal::right : Seal::wrong;
+  return seal == seal_of_bytes(mark, in, size - kSealSize) ? Seal::right : Seal::wrong;
 }
 
 }  // namespace surveymc::store

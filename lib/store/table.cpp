@@ -66,10 +66,7 @@ std::size_t Column::size() const {
 
 void Column::for_each_piece(const std::function<void(const Values&)>& visit) const {
   const std::size_t before = on_disk ? on_disk->size() : 0;
-  if (const Values* all = before > 0 ? on_disk->held() : nullptr)
-    visit(*all);
-  else
-    for (std::size_t at = 0; at < before; at += kPieceRows) visit(on_disk->read(at, std::min(kPieceRows, before - at)));
+  for (std::size_t at = 0; at < before; at += kPieceRows) visit(on_disk->read(at, std::min(kPieceRows, before - at)));
   visit(values);
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -13,15 +14,26 @@ namespace surveymc::store {
 
 using Values = std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>>;
 
-/// Values of a column that are not held: kept on the disk, made by a rule, or still being made (store/ruled_values.h).
+/// Values of a column that are not held: on the disk, or made when they are asked for.
 class DiskValues {
  public:
   virtual ~DiskValues() = default;
   virtual std::size_t size() const = 0;
   /// Values first .. first + count - 1. Throws IoError.
   virtual Values read(std::size_t first, std::size_t count) const = 0;
-  /// All of them, where they are in memory after all; else null.
-  virtual const Values* held() const { return nullptr; }
+};
+
+/// So many values that a function gives.
+class MadeValues final : public DiskValues {
+ public:
+  using Make = std::function<Values(std::size_t first, std::size_t count)>;
+  MadeValues(std::size_t size, Make make) : size_(size), make_(std::move(make)) {}
+  std::size_t size() const override { return size_; }
+  Values read(std::size_t first, std::size_t count) const override { return make_(first, count); }
+
+ private:
+  std::size_t size_;
+  Make make_;
 };
 
 /// One column of a table. All columns of a table have one length.

@@ -91,18 +91,4 @@ TEST_CASE("A file that goes behind the look at it is no obstacle") {
   }
 }
 
-TEST_CASE("What a kill between two renamings left of an old file is settled later") {
-  const Replaced old;
-  const fs::path left = old.path / ".r.h5.0123456789abcdef.old", other = old.path / ".r.h5.mine.old";
-  write_bytes(left, "older");
-  write_bytes(other, "mine");
-  remove_stale_temporaries(old.file);  // its writer may live
-  CHECK(fs::exists(left));
-  remove_stale_temporaries(old.file, std::chrono::seconds(0));
-  CHECK(bytes_of(old.kept) == "older");
-  fs::create_hard_link(old.kept, left);
-  remove_stale_temporaries(old.file, std::chrono::seconds(0));
-  CHECK(old.names() == std::vector<std::string>{other.filename(), "r.1.h5", "r.h5"});
-}
-
 }  // namespace surveymc::store

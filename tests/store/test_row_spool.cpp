@@ -12,7 +12,6 @@
 #include "base/units.h"
 #include "store/json.h"
 #include "store/result_file.h"
-#include "store/ruled_values.h"
 #include "temporary_folder.h"
 
 namespace surveymc::store {

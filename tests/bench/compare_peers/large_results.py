@@ -6,10 +6,9 @@
 In turn in FOLDER (default: a new one under the present folder, removed afterwards): a streamed reliability map of about
 --values numbers (configs/bench/reliability_4d.toml with a finer grid); three times a table of about --rows rows (by-source
 covariances of a long survey), and the same program without these rows, so that what is left is what the rows add; `show` of
-the first and last row of that table. Beside each, dd writes as many zeros and
-forces them to the disk, once through the page cache (conv=fsync) and once past it (oflag=direct conv=fsync), as surveymc does
-with files above 16 MB. Prints elapsed and processor seconds, MB/s, and peak resident memory of every command. Refuses where less
-than 20 GB would stay free.
+the first and last row of that table. Beside each, dd writes as many zeros and forces them to the disk, once through the page cache
+(conv=fsync), as surveymc does, and once past it (oflag=direct conv=fsync). Prints elapsed and processor seconds, MB/s, and peak
+resident memory of every command. Refuses where less than 20 GB would stay free.
 """
 import argparse
 import os
