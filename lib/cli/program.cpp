@@ -20,6 +20,7 @@
 #include "cli/process_setup.h"
 #include "cli/rank_work.h"
 #include "cli/screen.h"
+#include "cli/signals.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
 
@@ -34,8 +35,11 @@ void refuse_other_kinds(const CommandLine& line) {
   switch (line.command) {
     case Command::check:
       return wants("check", FileKind::config, {line.arguments.config});
-    case Command::run:
+    case Command::run: {
+      catch_signals();
+      const EndsBySignal guard(nullptr, EndMessage::at_once());  // a disk may be slow
       return wants("run", FileKind::config, {line.arguments.config});
+    }
     case Command::plan:
       return wants("plan", FileKind::config, {line.arguments.config});
     case Command::show:
