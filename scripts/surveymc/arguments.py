@@ -9,6 +9,13 @@ import sys
 USAGE = 64  # exit code; argparse's own is 2
 
 
+def nearest(word, names, least=0.6):
+    """The name that is most like a word, whatever the case; None if none is like it. `least`: likeness, 0 to 1."""
+    small = {str(name).casefold(): str(name) for name in names}
+    close = difflib.get_close_matches(str(word).casefold(), small, 1, least)
+    return small[close[0]] if close else None
+
+
 class Parser(argparse.ArgumentParser):
     """Says which option may be meant by an unknown one."""
 
@@ -17,6 +24,6 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message):
         unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
-        near = unknown and difflib.get_close_matches(unknown[1], self._option_string_actions, 1, 0.7)
+        near = unknown and nearest(unknown[1], self._option_string_actions, 0.7)
         self.print_usage(sys.stderr)
-        self.exit(USAGE, f"{self.prog}: {message}{f'; did you mean {near[0]}?' if near else ''}\n")
+        self.exit(USAGE, f"{self.prog}: {message}{f'; did you mean {near}?' if near else ''}\n")

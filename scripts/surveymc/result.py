@@ -2,7 +2,6 @@
 
 import collections.abc
 import contextlib
-import difflib
 import os
 import re
 import tomllib
@@ -11,6 +10,7 @@ import h5py
 import numpy as np
 
 from . import storage
+from .arguments import nearest
 from .ellipse import Ellipse
 from .storage import ResultError
 from .storage import plain as _python
@@ -31,8 +31,8 @@ class NotFound(ResultError, KeyError):
 
 def not_found(what, name, names, where):
     names = [str(n) for n in names]
-    close = difflib.get_close_matches(str(name), names, 1)
-    hint = f" (did you mean '{close[0]}'?)" if close else ""
+    near = nearest(name, names)
+    hint = f" (did you mean '{near}'?)" if near else ""
     return NotFound(f"{where}: no {what} '{name}'{hint}; there are: {', '.join(names) or 'none'}")
 
 

@@ -17,6 +17,14 @@ FORMAT, FORMAT_VERSION = "surveymc", 1
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError)
 
 
+def _hint(path):
+    """What to do with a file of another kind that the program writes or reads."""
+    path = os.fspath(path)
+    if path.endswith(".toml"):
+        return "; a config has its result by: surveymc run"
+    return "; the parts of a run become a result by: surveymc merge" if path.endswith(".part") else ""
+
+
 class ResultError(Exception):
     """The file cannot be read, or is not what was asked for; the message is one line."""
 
@@ -52,7 +60,7 @@ def open_file(path):
     try:
         file = h5py.File(path, "r")
     except OSError:
-        raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
+        raise ResultError(f"{path}: not an HDF5 file, or damaged{_hint(path)}") from None
     try:
         _check(file, path)
         _check_sizes(file, path)

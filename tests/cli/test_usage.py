@@ -144,11 +144,14 @@ class CommandLine(Case):
 
     def test_scripts_of_users_end_so_too(self):
         scripts = [["report", "--nonsense", "x.h5"], ["import_survey", "--nonsense", "x.csv"], ["import_survey"],
-                   ["studies", "--nonsense"], ["plot"], ["plot", "msa_position", "x.h5", "--nonsense"]]
+                   ["studies", "--nonsense"], ["plot"], ["plot", "msa_position", "x.h5", "--nonsense"],
+                   ["plot", "nothing", "x.h5"]]
         for words in scripts:
             with self.subTest(words=words):
                 self.script_refused(f"surveymc-{dict(import_survey='import').get(words[0], words[0])}", *words)
         self.script_refused("did you mean --quick\\?", "studies", "--qiuck")
+        self.script_refused("surveymc-plot: MSA_Positon: no drawer has this name: did you mean msa_position\\?", "plot", "MSA_Positon", "x.h5")
+        self.script_refused("surveymc-import: .*; did you mean --depth-unit\\?", "import_survey", "x.txt", "--Depth-Unt", "m")
 
     def test_a_slurm_that_does_not_answer_is_said_so(self):
         (self.folder / "bin").mkdir()

@@ -364,6 +364,8 @@ class BadInput(unittest.TestCase):
         with open(self.path("text.h5"), "w") as file:
             file.write("md_m,inclination_deg\n")
         self.assert_refused(reading.BAD_DATA, "not an HDF5 file", self.path("text.h5"))
+        os.rename(self.path("text.h5"), self.path("text.toml"))
+        self.assert_refused(reading.BAD_DATA, "not an HDF5 file, or damaged; a config has its result by: surveymc run", self.path("text.toml"))
 
     def test_hdf5_of_someone_else(self):
         self.assert_refused(reading.BAD_DATA, "not a result file", self.write("other.h5", format="netCDF"))

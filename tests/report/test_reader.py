@@ -156,6 +156,7 @@ class Refusals(unittest.TestCase):
     def test_names_that_are_not_there(self):
         result = opened("reliability_map")
         for read, word in ((lambda: result.table("summery"), "did you mean 'summary'"),
+                           (lambda: result.table("SUMMARY"), "did you mean 'summary'"),
                            (lambda: result.map("minimal_error"), "redundancy_number"),
                            (lambda: result.map("inclination"), "no map 'inclination'"),
                            (lambda: result.samples["x"], "there are: none")):

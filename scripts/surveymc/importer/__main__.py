@@ -11,12 +11,12 @@ read or write. Without -o nothing is written. In the source tree the command is 
 
 import argparse
 import ctypes
-import difflib
 import re
 import signal
 import sys
 
 from .. import streams
+from ..arguments import nearest
 from . import checks, columns, doubts, excel, las, listed, output, stations, text, witsml
 from .problem import DATA, USAGE, Problem, as_keys, shown
 
@@ -27,8 +27,8 @@ LONGEST_MESSAGE = 2000  # characters
 class Parser(argparse.ArgumentParser):
     def error(self, message):
         unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
-        near = unknown and difflib.get_close_matches(unknown[1], self._option_string_actions, 1, 0.7)
-        raise Problem(f"surveymc-import: {message}{f'; did you mean {near[0]}?' if near else ''}; --help shows all", USAGE)
+        near = unknown and nearest(unknown[1], self._option_string_actions, 0.7)
+        raise Problem(f"surveymc-import: {message}{f'; did you mean {near}?' if near else ''}; --help shows all", USAGE)
 
 
 def pairs(value):

@@ -12,7 +12,7 @@ import os
 import sys
 
 from .. import storage, streams, studies
-from ..arguments import Parser
+from ..arguments import USAGE, Parser, nearest
 from . import reading, runner, saving
 from .reading import PlotError
 
@@ -51,6 +51,11 @@ def main():
 def command():
     if len(sys.argv) > 1 and runner.is_drawer(sys.argv[1]):
         runner.start(sys.argv[1], sys.argv[2:])
+    elif len(sys.argv) > 2 and sys.argv[1].isidentifier() and not os.path.exists(sys.argv[1]):
+        near = nearest(sys.argv[1], drawers())
+        print(f"surveymc-plot: {sys.argv[1]}: no drawer has this name: "
+              + (f"did you mean {near}?" if near else f"there are {', '.join(drawers())}"), file=sys.stderr)
+        sys.exit(USAGE)
     else:
         streams.run(main, runner.COMMAND)
 
