@@ -419,6 +419,7 @@ std::map<std::string, std::string> settings_of(const store::Result& r) {
   std::map<std::string, std::string> leaves;
   add_leaves(config::parse_document(r.provenance.config, "config"), "", leaves);
   for (const store::InputData& in : r.inputs) {
+    if (in.path.starts_with("<shipped>")) continue;  // a key names it
     constexpr std::size_t kShortHash = 8;
     leaves["rows of " + in.path] = fmt::format("{} ({})", in.table.rows(), in.hash.substr(0, kShortHash));
   }

@@ -57,7 +57,7 @@ TEST_CASE("Keys that differ are those of another value, and those that one confi
   b.provenance.config = "seed = 1\ntrials = 20\n[field]\ndip_deg = 60.0\ntotal_nT = 5e4\n[[leg]]\nfrom_md_m = 1.5\n";
   const store::Table three{"", "", {{"md_m", "m", "", std::vector<double>{1, 2, 3}}}};
   a.inputs = {{"x.csv", "0123456789", three}, {"same.csv", "77", three}};
-  b.inputs = {{"x.csv", "9876543210", three}, {"same.csv", "77", three}};
+  b.inputs = {{"x.csv", "9876543210", three}, {"same.csv", "77", three}, {"<shipped>/MWD.toml", "5", three}};
   std::string text;
   for (const KeyDifference& k : differing_keys(a, b)) text += k.key + ": " + k.a + " | " + k.b + "\n";
   CHECK(text ==
