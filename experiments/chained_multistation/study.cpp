@@ -160,18 +160,21 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
 }
 
 study::Experiment experiment() {
-  return {random::StudyId::chained_multistation,
-          "Attitudes, drifting biases and references of a run together: filter and smoother against single stations",
-          "ISCWSA slides, chained multistation; slide 12's future work",
-          [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            const std::string study = c.choice(
-                "study", {"performance", "unstart", "outliers", "interference"},
-                "what is asked: errors of the estimators, wrong starts, gross errors, or interference", "performance");
-            if (study == "unstart") return unstart_plan(c, seed);
-            if (study == "outliers") return outliers_plan(c, seed);
-            if (study == "interference") return interference_plan(c, seed);
-            return performance_plan(c, seed);
-          }};
+  study::Experiment e{
+      random::StudyId::chained_multistation,
+      "Attitudes, drifting biases and references of a run together: filter and smoother against single stations",
+      "ISCWSA slides, chained multistation; slide 12's future work",
+      [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+        const std::string study = c.choice(
+            "study", {"performance", "unstart", "outliers", "interference"},
+            "what is asked: errors of the estimators, wrong starts, gross errors, or interference", "performance");
+        if (study == "unstart") return unstart_plan(c, seed);
+        if (study == "outliers") return outliers_plan(c, seed);
+        if (study == "interference") return interference_plan(c, seed);
+        return performance_plan(c, seed);
+      }};
+  e.approximations = {"ignored", "form"};
+  return e;
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -56,8 +56,11 @@ class ClearancePlan final : public study::PlanOf<Scenario> {
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::clearance, "How safely two wells pass: separation factors from relative covariances",
-          "SPE 187073; ISCWSA clearance set and correlation diagnostics", study::plan_of<ClearancePlan, read_scenario>};
+  study::Experiment e{
+      random::StudyId::clearance, "How safely two wells pass: separation factors from relative covariances",
+      "SPE 187073; ISCWSA clearance set and correlation diagnostics", study::plan_of<ClearancePlan, read_scenario>};
+  e.approximations = {"zeroed"};
+  return e;
 }
 
 }  // namespace surveymc::studies::clearance

@@ -139,9 +139,11 @@ class CollisionPlan final : public study::PlanOf<Scenario> {
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::collision, "How likely two wells touch: importance sampling of whole wells",
-          "Loeng 2012; SPE 187073; ISCWSA clearance set and correlation diagnostics",
-          study::plan_of<CollisionPlan, read_scenario>};
+  study::Experiment e{random::StudyId::collision, "How likely two wells touch: importance sampling of whole wells",
+                      "Loeng 2012; SPE 187073; ISCWSA clearance set and correlation diagnostics",
+                      study::plan_of<CollisionPlan, read_scenario>};
+  e.approximations = {"half_space", "half_space_least_sf", "slab", "disc", "point", "form"};
+  return e;
 }
 
 }  // namespace surveymc::studies::collision

@@ -226,6 +226,7 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
     t.word("found", "what the number is", what);
     t.number("value", "1", "what was found", value);
     t.word("verdict", "agrees, differs or undecided", verdict);
+    t.word("expected", "the verdict this row should have; either: it is a question", "");
     compare::write_evidence(t, evidence, 0);
   };
   // A ratio prediction / probability above (or below) 1, by the whole interval.

@@ -240,7 +240,8 @@ store::Table suspect_readings_table(const survey::SixAxisReadings& readings, con
     t.number("md_m", "m", "measured depth of the station", md);
     t.word("reading", "accelerometer or magnetometer axis", r.reading);
     t.number("w", "1", "standard normal under the claimed noise", r.w);
-    t.number("error", "1", "size of the error in the sign of the file, if it is the only one", r.error);
+    t.number("error", "1", "size of the error in the sign of the file, if it is the only one, in the row's unit",
+             r.error);
     t.number("sd_error", "1", "its standard deviation", r.error_sd);
     t.word("unit", "unit of error and sd_error", r.unit);
     t.number("correlation", "1", "of this test with the first: near -1 or 1, the two cannot be told apart",

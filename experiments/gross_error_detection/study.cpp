@@ -267,18 +267,20 @@ class GrossErrorPlan final : public study::PlanOf<Scenario> {
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::gross_error_detection,
-          "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
-          "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            Scenario s = read_scenario(config, seed);
-            if (!s.events.empty())
-              return events::event_plan(s.event_run, s.annotations, random::stream_of(s.seed), [s] {
-                require_redundancy(s);
-                return events_of(with_sizes(s));
-              });
-            return std::make_unique<GrossErrorPlan>(std::move(s));
-          }};
+  study::Experiment e{random::StudyId::gross_error_detection,
+                      "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
+                      "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
+                      [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+                        Scenario s = read_scenario(config, seed);
+                        if (!s.events.empty())
+                          return events::event_plan(s.event_run, s.annotations, random::stream_of(s.seed), [s] {
+                            require_redundancy(s);
+                            return events_of(with_sizes(s));
+                          });
+                        return std::make_unique<GrossErrorPlan>(std::move(s));
+                      }};
+  e.approximations = {"form", "independent", "bonferroni"};
+  return e;
 }
 
 }  // namespace surveymc::studies::gross_error_detection

@@ -431,19 +431,22 @@ class MsaPositionPlan final : public study::PlanOf<Scenario> {
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::msa_position,
-          "Multi-station analysis and weighted least squares: errors left in parameters and final position",
-          "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            Scenario s = read_scenario(config, seed);
-            // A survey's geometry may be one that no run can have: with_place() says which survey, in which case.
-            if (!s.events.empty())
-              return events::event_plan(
-                  s.event_run, s.annotations, random::stream_of(s.seed),
-                  [s] { return s.survey_place.with_place([&] { return events_of(s); }); }, montecarlo::kBlockTrials,
-                  s.survey.size());
-            return std::make_unique<MsaPositionPlan>(std::move(s));
-          }};
+  study::Experiment e{random::StudyId::msa_position,
+                      "Multi-station analysis and weighted least squares: errors left in parameters and final position",
+                      "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
+                      [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+                        Scenario s = read_scenario(config, seed);
+                        // A survey's geometry may be one that no run can have: with_place() says which survey, in which
+                        // case.
+                        if (!s.events.empty())
+                          return events::event_plan(
+                              s.event_run, s.annotations, random::stream_of(s.seed),
+                              [s] { return s.survey_place.with_place([&] { return events_of(s); }); },
+                              montecarlo::kBlockTrials, s.survey.size());
+                        return std::make_unique<MsaPositionPlan>(std::move(s));
+                      }};
+  e.approximations = {"systematic", "random"};
+  return e;
 }
 
 }  // namespace surveymc::studies::msa_position

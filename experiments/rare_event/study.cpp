@@ -76,8 +76,11 @@ std::unique_ptr<study::PointPlan> read_plan(config::ConfigReader& c, random::Stu
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::rare_event, "Test functions of rare events: importance sampling against exact probabilities",
-          "black-box reliability challenge 2019; Waarts 2000; Owen, Maximov and Chertkov 2019", read_plan};
+  study::Experiment e{random::StudyId::rare_event,
+                      "Test functions of rare events: importance sampling against exact probabilities",
+                      "black-box reliability challenge 2019; Waarts 2000; Owen, Maximov and Chertkov 2019", read_plan};
+  e.approximations = {"form"};
+  return e;
 }
 
 }  // namespace surveymc::studies::rare_event

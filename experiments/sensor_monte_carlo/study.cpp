@@ -366,10 +366,12 @@ class SensorMonteCarloPlan final : public study::PlanOfPoint<Scenario, SensorMon
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::sensor_monte_carlo,
-          "Twelve constant sensor errors through any survey, against the covariance model",
-          "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
-          study::plan_of<SensorMonteCarloPlan, read_scenario>};
+  study::Experiment e{random::StudyId::sensor_monte_carlo,
+                      "Twelve constant sensor errors through any survey, against the covariance model",
+                      "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
+                      study::plan_of<SensorMonteCarloPlan, read_scenario>};
+  e.approximations = {"ti_systematic", "ti_random"};
+  return e;
 }
 
 }  // namespace surveymc::studies::sensor_monte_carlo

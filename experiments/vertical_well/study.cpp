@@ -361,10 +361,18 @@ store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
 }  // namespace
 
 study::Experiment experiment() {
-  return {random::StudyId::vertical_well,
-          "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
-          "C. Hanak, Superior QC 2016, figures 1 and 2",
-          study::plan_of<study::PlanOfPoint<Scenario, VerticalWell>, read_scenario>};
+  study::Experiment e{random::StudyId::vertical_well,
+                      "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
+                      "C. Hanak, Superior QC 2016, figures 1 and 2",
+                      study::plan_of<study::PlanOfPoint<Scenario, VerticalWell>, read_scenario>};
+  e.approximations = {"fictive_terms_accelerometer_toolface",
+                      "ti_random",
+                      "ti_systematic",
+                      "spe_67616",
+                      "copegrove_without_half_leg",
+                      "copegrove_with_half_leg",
+                      "fictive_terms"};
+  return e;
 }
 
 }  // namespace surveymc::studies::vertical_well

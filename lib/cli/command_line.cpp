@@ -73,6 +73,10 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   const auto quiet_option = [&](CLI::App* sub) {
     sub->add_flag("-q,--quiet", a.quiet, "print nothing but warnings and errors; the exit code says the rest");
   };
+  const auto answer_options = [&](CLI::App* sub) {
+    CLI::Option* verbose = sub->add_flag("-v,--verbose", a.verbose, "print the tables, too");
+    sub->add_flag("--json", a.json, "print answer, verdicts and warnings as JSON, and nothing else")->excludes(verbose);
+  };
   const auto overwrite_option = [&](CLI::App* sub) {
     return sub->add_flag("--overwrite", a.overwrite,
                          "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
@@ -108,6 +112,7 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::Option* overwrite = overwrite_option(run);
   CLI::Option* compress = compress_option(run);
   quiet_option(run);
+  answer_options(run);
   CLI::Option* checks = run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::Option* trial =
       run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
@@ -153,13 +158,15 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   overwrite_option(merge);
   compress_option(merge);
   quiet_option(merge);
+  answer_options(merge);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
   status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
   CLI::App* show = command(Command::show, "show", "print what is in a result file");
   show->add_option("file", line.shown.file, "result file")->required();
   CLI::Option* name = show->add_option("table", line.shown.name, "only this table or map");
-  CLI::Option* only_list = show->add_flag("--list", line.shown.list, "only a list of the tables and maps");
+  CLI::Option* only_list = show->add_flag("--list", line.shown.list, "with --json: tables without their rows");
+  show->add_flag("-v,--verbose", line.shown.verbose, "the tables, too")->excludes(name)->excludes(only_list);
   CLI::Option* cost = show->add_flag("--cost", line.shown.cost,
                                      "what the rows cost: processor time, figure of merit, seconds to a verdict");
   CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");

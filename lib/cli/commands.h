@@ -82,6 +82,7 @@ struct ShowArguments {
   std::string file;
   std::string name;  ///< of a table, samples or map; "": all of them
   bool list = false, csv = false, json = false;
+  bool verbose = false;     ///< all tables, too
   bool cost = false;        ///< what the rows cost, instead
   std::string units = "m";  ///< "ft": lengths of tables in feet
   std::optional<int> rows;  ///< most of a table; 0: all

@@ -39,7 +39,7 @@ config::Config config_with_changes(const RunArguments& a) {
 study::RunPlan load(const RunArguments& a) {
   config::Config config = config_with_changes(a);
   const study::Experiment& experiment = find_experiment(*a.studies, config);
-  return study::read_run(experiment, std::move(config), stop_flag());
+  return study::read_run(experiment, std::move(config), stop_flag(), a.threads);
 }
 
 study::RunPlan open_config(const RunArguments& a) {

@@ -353,9 +353,8 @@ int write_merged(const RunArguments& a, store::Result result, const std::string&
   const std::vector<fs::path> kept = write_result_file(a, a.output, result);
   ends.reset();
   ends.emplace(nullptr, EndMessage{.nothing = fmt::format("{} is written", a.output)});
-  print_tables(result, a.output, a.units == "ft");
-  const int exit = report_verdicts(result, a.check);
-  print_warnings(result, a.quiet);
+  const int exit = print_findings(a, result, a.output);
+  if (a.json) return exit;
   say(fmt::format("wrote {} (from {})", a.output, from));
   print_backup(kept);
   return exit;

@@ -10,7 +10,9 @@
 #include "cli/log.h"
 #include "cli/screen.h"
 #include "cli/verdict_counts.h"
+#include "compare/answer.h"
 #include "compare/comparison.h"
+#include "store/json.h"
 #include "study/point_failure.h"
 
 namespace surveymc::cli {
@@ -46,15 +48,12 @@ void print_failed_points(const store::Table& t, bool quiet) {
        quiet);
 }
 
-}  // namespace
-
-void say(const std::string& line) { fmt::print("{}\n", on_screen(printable_lines(line), STDOUT_FILENO, 4)); }
-
+/// Prints tables that are short enough to read; for the others, names the command that prints them.
 void print_tables(const store::Result& result, const std::string& path, bool feet) {
   constexpr std::size_t kReadableRows = 30, kReadableColumns = 44, kReadableLines = 100;
   std::string left_out;
   for (const store::Table& t : result.tables) {
-    if (t.rows() == 0 || t.name == kWarningsTable) continue;
+    if (t.rows() == 0 || t.name == kWarningsTable || t.name == compare::kAnswerTable) continue;
     const std::string text = t.rows() > kReadableRows || t.columns.size() > kReadableColumns
                                  ? ""
                                  : store::format_table(feet ? in_feet(t) : t, screen_format());
@@ -68,6 +67,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
                     feet ? " --units ft" : ""));
 }
 
+/// The table `warnings`, if a study has one. `quiet`: on stderr, and without those that only inform.
 void print_warnings(const store::Result& result, bool quiet) {
   for (const store::Table& t : result.tables) {
     if (t.name == study::kFailedPoints) print_failed_points(t, quiet);
@@ -76,13 +76,66 @@ void print_warnings(const store::Result& result, bool quiet) {
   }
 }
 
-int report_verdicts(const store::Result& result, bool check) {
+/// Prints how many verdicts there are of each kind; exit code of the run.
+int report_verdicts(const store::Result& result, bool check, bool silent) {
   const VerdictCounts counts = count_verdicts(result.tables);
   const std::vector<std::string> unexpected = compare::unexpected_verdicts(result.tables);
   if (!counts.judged) return kDone;  // a study that compares nothing
-  say("verdicts: " + in_words(counts));
-  for (const std::string& u : unexpected) say("  " + u);
+  if (!silent) {
+    say("verdicts: " + in_words(counts));
+    for (const std::string& u : unexpected) say("  " + u);
+  }
   return check && !unexpected.empty() ? kUnexpected : kDone;
+}
+
+}  // namespace
+
+void say(const std::string& line) { fmt::print("{}\n", on_screen(printable_lines(line), STDOUT_FILENO, 4)); }
+
+std::vector<std::string> answer_of(const store::Result& result) {
+  for (const store::Table& t : result.tables)
+    if (t.name == compare::kAnswerTable) return std::get<std::vector<std::string>>(t.column("sentence").values);
+  return {};
+}
+
+std::string summary_json(const store::Result& r, const std::string& path) {
+  const store::Provenance& p = r.provenance;
+  const VerdictCounts v = count_verdicts(r.tables);
+  std::string answer;
+  for (const std::string& sentence : answer_of(r))
+    answer += (answer.empty() ? "" : ", ") + store::json_string(sentence);
+  return fmt::format(
+      "\"file\": {}, \"title\": {}, \"experiment\": {}, \"seed\": {}, \"trials\": {},\n"
+      "\"surveymc_version\": {}, \"git_revision\": {}, \"compiler\": {}, \"command\": {},\n"
+      "\"config_hash\": {}, \"content_hash\": {},\n"
+      "\"run\": {{\"created\": {}, \"host\": {}, \"elapsed_s\": {}, \"threads\": {}, \"ranks\": {}}},\n"
+      "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}, "
+      "\"findings\": {}}},\n\"answer\": [{}]",
+      store::json_string(path), store::json_string(p.title), store::json_string(p.experiment), p.seed, p.trials,
+      store::json_string(p.surveymc_version), store::json_string(p.git_revision), store::json_string(p.compiler),
+      store::json_string(p.command), store::json_string(p.config_hash),
+      store::json_string(store::stored_content_hash(path)), store::json_string(r.run.created),
+      store::json_string(r.run.host), store::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
+      v.differs - v.findings, v.undecided, v.unexpected, v.findings, answer);
+}
+
+int print_findings(const RunArguments& a, const store::Result& result, const std::string& path) {
+  if (a.json) {
+    fmt::print("{{{}", summary_json(result, path));
+    for (const store::Table& t : result.tables)
+      if (t.name == kWarningsTable) fmt::print(",\n\"warnings\": {}", store::to_json(t));
+    fmt::print("}}\n");
+    return report_verdicts(result, a.check, true);
+  }
+  for (const std::string& sentence : answer_of(result)) say(sentence);
+  if (a.verbose) {
+    fmt::print("\n");
+    print_tables(result, path, a.units == "ft");
+  }
+  const int exit = report_verdicts(result, a.check, false);
+  if (!a.verbose) say("tables: surveymc show " + shell_word(path));
+  print_warnings(result, a.quiet);
+  return exit;
 }
 
 }  // namespace surveymc::cli

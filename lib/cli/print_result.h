@@ -1,7 +1,9 @@
 #pragma once
 /// Output of a result to the terminal.
 #include <string>
+#include <vector>
 
+#include "cli/run_arguments.h"
 #include "store/result_file.h"
 #include "store/table.h"
 
@@ -10,16 +12,16 @@ namespace surveymc::cli {
 /// Prints a line, folded at the width of the terminal if there is one.
 void say(const std::string& line);
 
-/// Prints tables that are short enough to read; for the others, names the command that prints them. `feet`: lengths in
-/// feet.
-void print_tables(const store::Result& result, const std::string& path, bool feet);
+/// Prints the table `answer`, how many verdicts there are of each kind, and warnings; with --verbose the tables, too;
+/// with
+/// --json all but the tables as one object, and nothing else. The exit code of the verdicts.
+int print_findings(const RunArguments& a, const store::Result& result, const std::string& path);
 
-/// The table `warnings`, if a study has one, as the last thing a user reads. `quiet`: on stderr, and without those that
-/// only inform.
-void print_warnings(const store::Result& result, bool quiet);
+/// The sentences of the table `answer`.
+std::vector<std::string> answer_of(const store::Result& result);
 
-/// Prints how many verdicts there are of each kind; exit code of the run.
-int report_verdicts(const store::Result& result, bool check);
+/// What a result is and what it has found, as members of a JSON object, without braces.
+std::string summary_json(const store::Result& result, const std::string& path);
 
 /// For readers of wells that are measured in feet; files always hold metres.
 /// The table with lengths in feet and areas in square feet (exactly 0.3048 m): columns with unit m or m2, whose names

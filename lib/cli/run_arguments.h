@@ -18,7 +18,7 @@ struct RunArguments {
   std::vector<std::string> set;
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it
-  bool check = false, array = false, resume = false, overwrite = false, quiet = false;
+  bool check = false, array = false, resume = false, overwrite = false, quiet = false, verbose = false, json = false;
   int compression = 0;                                      // level of deflate; 0: none
   double max_seconds = 0, checkpoint_seconds = 5;           // 0: no limit
   montecarlo::Workers* workers = nullptr;                   // in surveymc-mpi

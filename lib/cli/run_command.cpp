@@ -123,14 +123,6 @@ int replay_trial(const RunArguments& a) {
   return kDone;
 }
 
-/// Prints what the run has found; the exit code of its verdicts.
-int print_findings(const RunArguments& a, const store::Result& result, const fs::path& output) {
-  print_tables(result, output.string(), a.units == "ft");
-  const int exit = report_verdicts(result, a.check);
-  print_warnings(result, a.quiet);
-  return exit;
-}
-
 void log_plan(const RunArguments& a, const study::RunPlan& plan) {
   log_info(fmt::format("{}: {} of {}, {} trials in all", a.config, counted(plan.point_count(), "point"),
                        plan.experiment.name(), plan.total_trials()));
@@ -158,10 +150,10 @@ int run_config(const RunArguments& a, const std::string& command) {
   const fs::path output = output_of(a);
   if (a.resume)
     if (const std::optional<store::Result> there = finished_result(output, plan)) {
-      const int exit = print_findings(a, *there, output);
+      const int exit = print_findings(a, *there, output.string());
       checkpoint::remove_journals(output, run_key(plan, false));
       store::remove_stale_temporaries(store::resolved(output));
-      say(fmt::format("{} is done already", output.string()));
+      if (!a.json) say(fmt::format("{} is done already", output.string()));
       return exit;
     }
   ends.reset();
@@ -183,7 +175,8 @@ int run_config(const RunArguments& a, const std::string& command) {
   kept.remove();
 
   ends.emplace(nullptr, EndMessage::at_once(fmt::format("{} is written", output.string())));
-  const int exit = print_findings(a, result, output);
+  const int exit = print_findings(a, result, output.string());
+  if (a.json) return exit;
   say(plan.total_trials() == 0 ? fmt::format("wrote {} (in {})", output.string(), format_duration(effort.elapsed))
                                : fmt::format("wrote {} ({})", output.string(), effort.words()));
   print_backup(renamed);

@@ -52,16 +52,16 @@ std::string formatted(const ShowArguments& a, const store::Table& table) {
 
 void print_text(const std::string& text) { fmt::print("{}", text); }
 
-/// "36 agree, 2 differ (1 !)": the kinds that occur; "!" counts the verdicts that are not as expected.
+/// "36 agree, 2 findings, 1 differs (1 !)": the kinds that occur; "!" counts the verdicts that are not as expected.
 std::string short_words(const VerdictCounts& counts) {
   std::string out;
-  const auto add = [&](std::size_t n, const char* word) {
-    if (n > 0) out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, word);
+  const auto add = [&](std::size_t n, const char* one, const char* several) {
+    if (n > 0) out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, n == 1 ? one : several);
   };
-  add(counts.agrees, "agree");
-  add(counts.differs_as_expected, "differ as expected");
-  add(counts.differs - counts.differs_as_expected, "differ");
-  add(counts.undecided, "undecided");
+  add(counts.agrees, "agrees", "agree");
+  add(counts.findings, "finding", "findings");
+  add(counts.differs - counts.findings, "differs", "differ");
+  add(counts.undecided, "undecided", "undecided");
   return counts.unexpected > 0 ? out + fmt::format(" ({} !)", counts.unexpected) : out;
 }
 
@@ -132,6 +132,9 @@ std::string stacked(const store::Table& list, std::size_t screen) {
 
 void print_list(const ShowArguments& a, const store::Result& r) {
   print_heading(r);
+  const std::vector<std::string> answer = answer_of(r);
+  if (!answer.empty()) fmt::print("\n");
+  for (const std::string& sentence : answer) say(sentence);
   store::Table list = list_of(r);
   store::TableFormat format = readable_format(a);
   const std::size_t screen = format.fold ? format.width : kNoLimit;
@@ -157,26 +160,8 @@ void print_list(const ShowArguments& a, const store::Result& r) {
                        STDOUT_FILENO));
 }
 
-std::string members(const store::Result& r, const std::string& file) {
-  const store::Provenance& p = r.provenance;
-  const VerdictCounts v = count_verdicts(r.tables);
-  return fmt::format(
-      "\"file\": {}, \"title\": {}, \"experiment\": {}, \"seed\": {}, \"trials\": {},\n"
-      "\"surveymc_version\": {}, \"git_revision\": {}, \"compiler\": {}, \"command\": {},\n"
-      "\"config_hash\": {}, \"content_hash\": {},\n"
-      "\"run\": {{\"created\": {}, \"host\": {}, \"elapsed_s\": {}, \"threads\": {}, \"ranks\": {}}},\n"
-      "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}, "
-      "\"differs_as_expected\": {}}}",
-      store::json_string(file), store::json_string(p.title), store::json_string(p.experiment), p.seed, p.trials,
-      store::json_string(p.surveymc_version), store::json_string(p.git_revision), store::json_string(p.compiler),
-      store::json_string(p.command), store::json_string(p.config_hash),
-      store::json_string(store::stored_content_hash(file)), store::json_string(r.run.created),
-      store::json_string(r.run.host), store::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
-      v.differs, v.undecided, v.unexpected, v.differs_as_expected);
-}
-
 void print_json(const ShowArguments& a, const store::Result& r) {
-  fmt::print("{{{}", members(r, a.file));
+  fmt::print("{{{}", summary_json(r, a.file));
   const auto print_tables = [&](const char* key, const std::vector<store::Table>& tables) {
     fmt::print(",\n\"{}\": [", key);
     for (const store::Table& t : tables)
@@ -237,7 +222,7 @@ void show_result(const ShowArguments& a, const store::Result& r) {
     } else {
       print_list(a, r);
       for (const store::Table& t : r.tables)
-        if (t.rows() > 0 && !a.list) fmt::print("\n{}", formatted(a, t));
+        if (t.rows() > 0 && a.verbose) fmt::print("\n{}", formatted(a, t));
     }
     return;
   }

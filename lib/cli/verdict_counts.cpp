@@ -29,8 +29,9 @@ void add_verdicts(const store::Table& t, VerdictCounts& counts) {
     counts.undecided += number_of("undecided");
     for (std::size_t i = 0; expected && i < words.size(); ++i) {
       const std::string& wanted = (*expected)[i];
-      counts.differs_as_expected += wanted == "differs" && words[i] == wanted;
-      counts.unexpected_undecided += !wanted.empty() && words[i] == "undecided" && words[i] != wanted;
+      counts.findings += words[i] == "differs" && (wanted == "differs" || wanted == store::kEither);
+      counts.unexpected_undecided +=
+          !wanted.empty() && wanted != store::kEither && words[i] == "undecided" && words[i] != wanted;
     }
     for (std::size_t i = 0; margin && i < words.size(); ++i) {
       if (std::isnan((*margin)[i])) continue;
@@ -61,26 +62,26 @@ std::string by_margin(const std::map<double, std::size_t>& counts, const char* w
   return out.empty() ? out : out + ")";
 }
 
-/// "18 differ, as the config expects (18 beyond 3 %)"
-std::string differing(const VerdictCounts& counts) {
-  const std::size_t n = counts.differs, expected = counts.differs_as_expected;
-  return fmt::format("{} differ{}{}", n,
-                     expected == 0   ? ""
-                     : expected == n ? ", as the config expects"
-                                     : fmt::format(", {} of them as the config expects", expected),
-                     by_margin(counts.differs_beyond, "beyond"));
-}
-
 }  // namespace
 
 std::string in_words(const VerdictCounts& counts) {
   if (!counts.judged) return "";
-  const std::size_t open = counts.unexpected_undecided;
-  return fmt::format("{} agree{}, {}, {} undecided; {} not as expected{}", counts.agrees,
-                     by_margin(counts.agrees_within, "within"), differing(counts), counts.undecided, counts.unexpected,
-                     open == 0                   ? ""
-                     : open == counts.unexpected ? " (undecided)"
-                                                 : fmt::format(" ({} of them undecided)", open));
+  std::string out;
+  const auto add = [&](std::size_t n, const char* one, const char* several, const std::string& margins = "") {
+    if (n > 0) out += fmt::format("{}{} {}{}", out.empty() ? "" : ", ", n, n == 1 ? one : several, margins);
+  };
+  const std::string beyond = by_margin(counts.differs_beyond, "beyond");
+  const std::size_t differs = counts.differs - counts.findings, open = counts.unexpected_undecided;
+  add(counts.agrees, "agrees", "agree", by_margin(counts.agrees_within, "within"));
+  add(counts.findings, "finding", "findings", differs == 0 ? beyond : "");
+  add(differs, "differs", "differ", beyond);
+  add(counts.undecided, "undecided", "undecided");
+  if (out.empty()) out = "no verdict";
+  if (counts.unexpected == 0) return differs == 0 ? out + "; all as expected" : out;
+  return out + fmt::format("; {} not as expected{}", counts.unexpected,
+                           open == 0                   ? ""
+                           : open == counts.unexpected ? " (undecided)"
+                                                       : fmt::format(" ({} of them undecided)", open));
 }
 
 }  // namespace surveymc::cli

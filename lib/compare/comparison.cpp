@@ -339,7 +339,8 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
     t.number("margin", "1", "what agrees: the ratio within 1 -+ margin; of a mean, its shift in sd within it",
              r.margin);
     t.word("verdict", "agrees, differs or undecided", r.verdict);
-    t.word("expected", "the verdict this row should have; differs where a formulation is wrong on purpose", r.expected);
+    t.word("expected", "the verdict this row should have; differs: known to be wrong; either: an approximation",
+           r.expected);
     write_evidence(t, r.evidence, r.trials_to_decide);
     t.word("note", "what else there is to say", r.note);
     t.count("trials", "trials run", trials);
@@ -380,7 +381,7 @@ void add_unexpected(const store::Table& t, std::vector<std::string>& found) {
   const auto& e = std::get<std::vector<std::string>>(t.column("expected").values);
   const auto may_be_chance = [&](std::size_t i) { return v[i] == "differs" && t.word("family", i) == kMayBeChance; };
   for (std::size_t i = 0; i < v.size(); ++i) {
-    if (e[i].empty() || e[i] == v[i] || may_be_chance(i)) continue;
+    if (e[i].empty() || e[i] == v[i] || e[i] == store::kEither || may_be_chance(i)) continue;
     std::string place = t.name;  // the columns up to `quantity` say which row it is
     for (const store::Column& c : t.columns) {
       if (c.name == "unit" || c.name == "semi_major_m") break;

@@ -57,4 +57,7 @@ std::unique_ptr<study::PointPlan> event_plan(EventRun run, compare::Annotations 
                                              std::function<std::vector<TrialEvent>()> events,
                                              int block_trials = montecarlo::kBlockTrials, double trial_cost = 1);
 
+/// Says how likely the events of a result are; nothing without the table probability.
+void say_probabilities(compare::Answer& answer, const store::Result& result);
+
 }  // namespace surveymc::events

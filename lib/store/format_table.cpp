@@ -222,7 +222,7 @@ class Footnotes {
 /// "none (!)" for a verdict that is not the expected one; else "".
 std::string unexpected_mark(const Table& table, std::size_t row) {
   const std::string verdict = table.word("verdict", row), expected = table.word("expected", row);
-  if (expected.empty() || expected == verdict) return "";
+  if (expected.empty() || expected == verdict || expected == kEither) return "";
   if (verdict == "differs" && table.word("family", row) == "may be chance") return "";  // as unexpected_verdicts()
   return (verdict.empty() ? "none" : printable(verdict)) + kUnexpectedMark;
 }

@@ -109,6 +109,13 @@ void for_each_piece(const Table& table, const std::function<void(const Table& pi
 /// `more`. What gets too long goes to the disk.
 void append_rows(Table& table, Table more);
 
+/// In column `expected` of a row that may agree or differ: that of an approximation, or of what others say. Where it
+/// differs, that is a finding.
+inline constexpr const char* kEither = "either";
+
+/// Long name of the first columns of a table, and axes of a map, that are the keys of a sweep.
+inline constexpr const char* kSweepKey = "sweep key";
+
 /// Text that is safe on a terminal and in a row: control characters become spaces.
 std::string printable(std::string text);
 

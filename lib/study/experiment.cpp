@@ -129,7 +129,7 @@ std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const mont
 
 RunPlan open_run(const Experiment& experiment, config::Config config) { return {experiment, std::move(config)}; }
 
-RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop) {
+RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop, int threads) {
   RunPlan run = open_run(experiment, std::move(config));
   const auto look = [&] {
     if (stop && *stop) throw Interrupted("stopped before all points were read");
@@ -150,9 +150,8 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
   }
   look();
   if (run.point_count() > 0) run.plan(0);  // with whose axes the others are compared
-  const int threads = montecarlo::threads_for(0, run.point_count());
   montecarlo::compute_in_order(
-      run.point_count(), threads,
+      run.point_count(), montecarlo::threads_for(threads, run.point_count()),
       [&](std::size_t i) {
         look();
         return run.plan(i);
@@ -380,7 +379,29 @@ ComputedPoints::Point ComputedPoints::compute(std::size_t i) {
   }
 }
 
+namespace {
+
+/// Says in column `expected` that either verdict is fine, where the config expects none.
+void mark_approximations(store::Table& t, const std::vector<std::string>& approximations) {
+  store::Column *expected = nullptr, *formulation = nullptr;
+  for (store::Column& c : t.columns) {
+    if (c.name == "expected") expected = &c;
+    if (c.name == "formulation") formulation = &c;
+  }
+  if (!expected || !t.find_column("verdict")) return;
+  auto& words = std::get<std::vector<std::string>>(expected->values);
+  for (std::size_t row = 0; row < words.size(); ++row) {
+    const bool is_known =
+        t.name == "claims" || (formulation && std::find(approximations.begin(), approximations.end(),
+                                                        t.word("formulation", row)) != approximations.end());
+    if (is_known && words[row].empty() && !t.word("verdict", row).empty()) words[row] = store::kEither;
+  }
+}
+
+}  // namespace
+
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r) {
+  for (store::Table& t : r.tables) mark_approximations(t, run.experiment.approximations);
   if (!is_failed(r)) {
     if (const std::optional<scenario::PlacedField> field = run.placed(point))
       for (store::Table& t : scenario::field_tables(*field)) r.tables.push_back(std::move(t));
@@ -403,6 +424,12 @@ store::Result result_without_tables(const RunPlan& run) {
   p.seed = seed_of(run.config);
   p.trials = run.point_count() == 0 ? 0 : run.trials_of(0);
   return result;
+}
+
+void add_answer(const Experiment& experiment, store::Result& result) {
+  compare::Answer answer;
+  if (experiment.answer) experiment.answer(answer, result);
+  if (!answer.empty()) result.tables.insert(result.tables.begin(), answer.table());
 }
 
 namespace {
@@ -444,6 +471,7 @@ class Assembly {
     if (sensitivity_)
       result.tables.push_back(compare::sensitivity_table(*sensitivity_, result.tables, run_.point_count()));
     result.streams = streams_.take(stop);
+    add_answer(run_.experiment, result);
     return result;
   }
 

@@ -20,6 +20,7 @@
 
 #include "checkpoint/journal.h"
 #include "checkpoint/part_file.h"
+#include "compare/answer.h"
 #include "config/config.h"
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
@@ -120,6 +121,11 @@ struct Experiment {
   std::string reproduces;                      ///< source
   /// Reads one point, checks all that costs next to nothing, calls finish() on the reader. Throws InputError.
   std::unique_ptr<PointPlan> (*read)(config::ConfigReader&, random::StudySeed) = nullptr;
+  /// Formulations that hold in some cases only, as is known, but in which is the question: where one differs from Monte
+  /// Carlo, that is a finding. The same of all rows of a table `claims`.
+  std::vector<std::string> approximations = {};
+  /// What the result says, in sentences made from its tables, which are those of all points.
+  void (*answer)(compare::Answer&, const store::Result&) = nullptr;
 
   /// The `experiment` key of a config.
   std::string name() const { return std::string(random::name_of(id)); }
@@ -190,8 +196,9 @@ class RunPlan {
 
 /// Reads all points; of a large sweep the table of points, if it has one, and sample_points(), some of which may be
 /// invalid, but not all. Prepares none. Throws InputError, Interrupted when *stop is set; touches no file but those
-/// that the config names. Several points are read at a time.
-RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
+/// that the config names. `threads` read points at a time; 0: as many as there are.
+RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr,
+                 int threads = 0);
 
 /// Reads no point.
 RunPlan open_run(const Experiment& experiment, config::Config config);
@@ -233,6 +240,9 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.
 store::Result result_without_tables(const RunPlan& run);
+
+/// Puts the table `answer` in front of the tables of a result, which has all others.
+void add_answer(const Experiment& experiment, store::Result& result);
 
 /// A whole result from those of all points, which are asked for in order: tables below each other, the sweep's keys as
 /// the first columns of every table and the first axes of every map, inputs, and provenance from the config.

@@ -18,8 +18,8 @@ namespace {
 /// Column with the sweep value `value` on `rows` rows.
 store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
   if (const double* number = std::get_if<double>(&value.value))
-    return {value.key, unit_of_name(value.key), "sweep key", std::vector<double>(rows, *number)};
-  return {value.key, "", "sweep key", std::vector<std::string>(rows, std::get<std::string>(value.value))};
+    return {value.key, unit_of_name(value.key), store::kSweepKey, std::vector<double>(rows, *number)};
+  return {value.key, "", store::kSweepKey, std::vector<std::string>(rows, std::get<std::string>(value.value))};
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ std::vector<store::Axis> sweep_axes(const config::Config& config) {
   }
   for (const config::SweepDimension& d : *product) {
     const bool number = std::holds_alternative<std::vector<double>>(d.values);
-    axes.push_back({d.key, number ? unit_of_name(d.key) : "", "sweep key", d.values});
+    axes.push_back({d.key, number ? unit_of_name(d.key) : "", store::kSweepKey, d.values});
   }
   return axes;
 }

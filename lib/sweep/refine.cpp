@@ -583,7 +583,8 @@ store::Result merged_rounds(const study::Experiment& experiment, std::vector<Rou
     const auto add = [&](std::vector<store::Table>& to, std::vector<store::Table>& from) {
       for (store::Table& t : from) {
         // Of the rows of one round, or numbered there.
-        if (t.name == compare::kFamilyTable || t.name == compare::kSensitivityTable || t.name == study::kPointTable)
+        if (t.name == compare::kAnswerTable || t.name == compare::kFamilyTable ||
+            t.name == compare::kSensitivityTable || t.name == study::kPointTable)
           continue;
         const auto same = std::find_if(to.begin(), to.end(), [&](const store::Table& o) { return o.name == t.name; });
         if (same == to.end()) {
@@ -609,6 +610,7 @@ store::Result merged_rounds(const study::Experiment& experiment, std::vector<Rou
   }
   // As a run of all points does; the points of a table have no sensitivity.
   if (run.is_family()) compare::apply_family(all.tables);
+  study::add_answer(experiment, all);
   return all;
 }
 

@@ -16,7 +16,8 @@ from .storage import ResultError
 from .storage import plain as _python
 
 MAY_BE_CHANCE = "may be chance"  # of column `family`
-VERDICTS = ("agrees", "differs as expected", "undecided", "differs")
+VERDICTS = ("agrees", "finding", "undecided", "differs")
+EITHER = "either"  # of column `expected`: an approximation, or what others say
 _ATTRIBUTES = {  # of the root group: name here, name there
     "title": "title", "experiment": "experiment", "seed": "seed", "trials": "trials", "version": "surveymc_version",
     "revision": "git_revision", "compiler": "compiler", "command": "command", "config": "config",
@@ -110,9 +111,17 @@ class Result:
             raise ResultError(f"{self.path}: is damaged: its config is not TOML: {error}") from None
 
     @property
+    def answer(self):
+        """What the run has found, as a list of sentences; empty in a result of an older program."""
+        if "answer" not in self.tables:
+            return []
+        with self._file() as file:
+            return list(_values(file["tables"]["answer"]["sentence"]))
+
+    @property
     def verdicts(self):
-        """How many rows of all tables have which verdict: {"agrees", "differs as expected", "undecided", "differs",
-        "unexpected"}. "differs" are those that the config does not expect; "unexpected" is what `surveymc run --check`
+        """How many rows of all tables have which verdict: {"agrees", "finding", "undecided", "differs",
+        "unexpected"}. A "finding" is a row that differs and may: of an approximation, or known to be wrong; "unexpected" is what `surveymc run --check`
         fails on: rows whose verdict is not the one that the config expects."""
         counts = dict.fromkeys((*VERDICTS, "unexpected"), 0)
         with self._file() as file:
@@ -242,7 +251,7 @@ def _described(data):
 def is_unexpected(verdict, expected, family=""):
     """Whether a row is "not as expected", by the rule of the program and the report: its verdict is not the one that the
     config expects, or undecided, or missing. A row that differs but "may be chance" in its family does not count."""
-    return bool(expected) and verdict != expected and not (verdict == "differs" and family == MAY_BE_CHANCE)
+    return expected not in ("", EITHER) and verdict != expected and not (verdict == "differs" and family == MAY_BE_CHANCE)
 
 
 def holm(p, level=0.05):
@@ -290,5 +299,5 @@ def holm_limit(p, level=0.05):
 def verdict_kind(verdict, expected=""):
     """One of VERDICTS, or "" for a row without a verdict."""
     if verdict == "differs":
-        return "differs as expected" if expected == "differs" else "differs"
+        return "finding" if expected in ("differs", EITHER) else "differs"
     return verdict

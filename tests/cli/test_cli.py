@@ -9,6 +9,7 @@ import csv
 import fcntl
 import io
 import itertools
+import json
 import os
 import re
 import resource
@@ -224,16 +225,30 @@ class Basics(Case):
         self.assertEqual(contents(a), contents(b))
 
     def test_run_writes_what_show_prints(self):
-        done = self.call("run", "base.toml", "-o", "out.h5")
+        done = self.call("run", "base.toml", "-o", "out.h5", "--verbose")
         self.assertIn("wrote out.h5", done.stdout)
         self.assertRegex(done.stderr, "600 trials in all")
-        shown = self.call("show", "out.h5").stdout
+        shown = self.call("show", "out.h5", "--verbose").stdout
         for table in ["parameters", "position", "ellipse"]:
             self.assertRegex(shown, rf"(?m)^{table}: ")
             self.assertRegex(done.stdout, rf"(?m)^{table}: ")
         self.assertIn("Base", shown.splitlines()[0])
         self.assertEqual(attribute("%s/out.h5" % self.folder, "title"), "Base")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["base.toml", "out.h5", "survey.csv"])
+
+    def test_the_answer_is_printed_stored_and_told_as_json(self):
+        done = self.call("run", "base.toml", "-o", "out.h5")
+        with h5py.File(self.folder / "out.h5") as f:
+            answer = list(f["tables/answer/sentence"].asstr()[()])
+        self.assertTrue(2 <= len(answer) <= 4)
+        self.assertEqual(done.stdout.splitlines()[:len(answer)], answer)
+        self.assertNotIn("parameters: ", done.stdout)
+        shown = self.call("show", "out.h5").stdout.splitlines()
+        self.assertEqual([line for line in shown if line in answer], answer)
+        told = json.loads(self.call("run", "base.toml", "-o", "out.h5", "--overwrite", "--json").stdout)
+        self.assertEqual(told["answer"], answer)
+        self.assertEqual((told["file"], told["title"], told["verdicts"]["unexpected"]), ("out.h5", "Base", 0))
+        self.call("run", "base.toml", "-o", "out.h5", "--json", "--verbose", code=USAGE)
 
     def test_compressed_results_are_the_same_results(self):
         size, content = {}, {}
@@ -1154,7 +1169,7 @@ class Verdicts(Case):
     def test_expected_verdicts(self):
         self.expecting("good.toml", "joint", "agrees")
         for extra in [[], ["--check"]]:
-            self.assertRegex(self.call("run", "good.toml", "-o", "out.h5", *extra).stdout, "; 0 not as expected")
+            self.assertRegex(self.call("run", "good.toml", "-o", "out.h5", *extra).stdout, "; all as expected|, 1 differs")
 
     def test_unexpected_verdicts(self):
         self.expecting("bad.toml", "joint", "differs")
@@ -1429,7 +1444,7 @@ name = "alpha"
         path = self.run_config(config="sweep.toml")
         expected = list(itertools.product(["zulu", "alpha"], ["uniform", "gaussian"], ["0.25", "0.5", "0.75"]))
         with h5py.File(path) as f:
-            tables = [t for t in f["tables"] if t != "family"]  # of all points together
+            tables = [t for t in f["tables"] if t not in ("answer", "family")]  # of all points together
         self.assertLessEqual(COUNT_TRIALS, set(tables))
         for table in tables + ["realisations"]:
             with self.subTest(table=table):

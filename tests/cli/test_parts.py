@@ -423,7 +423,7 @@ class Rounds(Case):
             self.assertEqual(len(set(f["tables/parameters/noise.magnetometer_nT"])), 1)
         for name in ("0.h5", "1.h5"):
             self.assertNotIn("magnetometer_nT", self.text(name).split("[estimator]")[1].split("[")[0])
-        said = self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        said = self.call("merge", "-v", "-o", "all.h5", "0.h5", "1.h5")
         for text in ("covariance_tests", "verdicts: ", "wrote all.h5 (from 2 results)"):  # the tables, as a merge of parts prints them
             self.assertIn(text, said)
         with h5py.File(self.folder / "all.h5") as f, h5py.File(self.folder / "0.h5") as first:
@@ -444,7 +444,7 @@ class Rounds(Case):
         self.call("run", "rounds.toml", "-o", "0.h5")
         self.call("refine", "0.h5", "-o", "next.toml")
         self.call("run", "next.toml", "-o", "1.h5")
-        self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        self.call("merge", "-v", "-o", "all.h5", "0.h5", "1.h5")
         of = {}
         for name in ("0", "1", "all"):
             with h5py.File(self.folder / f"{name}.h5") as f:

@@ -40,17 +40,17 @@ TEST_CASE("The progress line is never wider than the screen, and its bar is as l
   CHECK(progress_line(0.5, "9 trials", "1", "", 40) == "[######.......]  50.0 % of 9 trials  1/s");
 }
 
-TEST_CASE("The summary says which rows differ as the config expects, and which are not as expected") {
+TEST_CASE("The summary tells findings from what differs, and says what is not as expected") {
   CHECK(summary({}, {}).empty());
   CHECK(summary({"", ""}, {"", ""}).empty());
-  CHECK(summary({"agrees", "differs"}, {"agrees", ""}) == "1 agree, 1 differ, 0 undecided; 0 not as expected");
-  CHECK(summary({"differs", "differs"}, {"differs", "differs"}) ==
-        "0 agree, 2 differ, as the config expects, 0 undecided; 0 not as expected");
-  CHECK(summary({"differs", "differs"}, {"differs", ""}) ==
-        "0 agree, 2 differ, 1 of them as the config expects, 0 undecided; 0 not as expected");
+  CHECK(summary({"agrees", "differs"}, {"agrees", ""}) == "1 agrees, 1 differs");
+  CHECK(summary({"differs", "differs"}, {"differs", "differs"}) == "2 findings; all as expected");
+  CHECK(summary({"differs", "differs"}, {"differs", ""}) == "1 finding, 1 differs");
   CHECK(summary({"undecided", "agrees", ""}, {"agrees", "differs", "agrees"}) ==
-        "1 agree, 0 differ, 1 undecided; 3 not as expected (1 of them undecided)");
-  CHECK(summary({"undecided"}, {"agrees"}) == "0 agree, 0 differ, 1 undecided; 1 not as expected (undecided)");
+        "1 agrees, 1 undecided; 3 not as expected (1 of them undecided)");
+  CHECK(summary({"differs", "undecided", "agrees"}, {"either", "either", "either"}) ==
+        "1 agrees, 1 finding, 1 undecided; all as expected");
+  CHECK(summary({"undecided"}, {"agrees"}) == "1 undecided; 1 not as expected (undecided)");
 }
 
 TEST_CASE("Feet: lengths and areas by column and by the row's unit, and nothing else") {

@@ -45,9 +45,9 @@ class Reading(unittest.TestCase):
             got = result.verdicts
             self.assertEqual(got["agrees"], counted["agrees"])
             self.assertEqual(got["undecided"], counted["undecided"])
-            self.assertEqual(got["differs"] + got["differs as expected"], counted["differs"])
+            self.assertEqual(got["differs"] + got["finding"], counted["differs"])
             self.assertEqual(got["unexpected"], 0, "smoke configs pass --check")
-        self.assertGreater(opened("vertical_well").verdicts["differs as expected"], 0)
+        self.assertGreater(opened("vertical_well").verdicts["finding"], 0)
 
     def test_table_has_columns_units_and_intervals(self):
         table = opened("msa_sweep").table("ellipse")
@@ -79,11 +79,11 @@ class Reading(unittest.TestCase):
 
     def test_mappings_read_what_there_is(self):
         result = opened("sensor_monte_carlo")
-        self.assertEqual(set(result.tables), {"axes", "ellipse", "family", "position_covariance"})
+        self.assertEqual(set(result.tables), {"answer", "axes", "ellipse", "family", "position_covariance"})
         self.assertEqual(len(result.samples["realisations"]), 300)
         self.assertEqual(list(result.inputs["traj4"].columns)[0], "md_m")
         self.assertEqual(len(result.maps), 0)
-        self.assertEqual(repr(result.tables), "<axes, ellipse, position_covariance, family>")
+        self.assertEqual(repr(result.tables), "<answer, axes, ellipse, position_covariance, family>")
 
     def test_map_has_coordinates_and_units(self):
         result = opened("reliability_map")

@@ -147,7 +147,7 @@ class Structure(unittest.TestCase):
             if counts["agrees"]:
                 self.assertTrue(f"{text.grouped(counts['agrees'])} agree" in part, name)
             for table, frame in result.tables.items():
-                self.assertEqual(len(frame) > 0, f'aria-label="Table {table}"' in part, (name, table))
+                self.assertEqual(len(frame) > 0 and table != "answer", f'aria-label="Table {table}"' in part, (name, table))
 
     def test_what_runs_a_result_again_has_its_options(self):
         for command, options in (("surveymc run a.toml -o a.h5", ""), ("surveymc run a.toml --seed 77 -o a.h5", " --seed 77"),
@@ -165,7 +165,7 @@ class Structure(unittest.TestCase):
     def test_verdicts_are_marks_with_words(self):
         cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
         self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"), ("undecided", "differs, may be chance"),
-                                                          ("expected", "differs, as expected")}, set())
+                                                          ("finding", "finding")}, set())
         self.assertGreaterEqual(len({m for _, m, _ in cells}), 3)
 
 
@@ -180,10 +180,8 @@ class FirstScreen(unittest.TestCase):
         links = re.findall(r'<li><a href="#(result-[^"]*)">([^<]*)</a></li>', head[head.index('class="headlines"'):])
         self.assertEqual(len(links), headlines.MOST)
         self.assertEqual(links[0][0], "result-msa-sweep")
-        rows = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")
-        rows = rows[(rows["formulation"] == "joint") & rows["quantity"].isin(headlines.NORTH_EAST) & np.isfinite(rows["ratio"])]
-        off = (rows["ratio"] - 1).abs()
-        self.assertIn(f"within {headlines.percent(off.median())} of Monte Carlo in the median of {len(rows)} comparisons", links[0][1])
+        result = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5"))
+        self.assertEqual(html.unescape(links[0][1]), f"{result.title}: {result.answer[0]}")
         self.assertEqual(head.count("<img"), 1)
 
     def test_each_kind_of_study_has_a_sentence_and_none_breaks_the_page(self):
@@ -199,30 +197,14 @@ class FirstScreen(unittest.TestCase):
                  *((c, headlines.Headline(9, "C.", c)) for c in "cdef")]
         self.assertEqual([h.result for h in headlines.chosen(found)], ["y", "c", "d"])
 
-    def test_position_covariance_says_what_it_has(self):
-        """Published elements only where there are some, and which point of a sweep the position is of."""
-        result = surveymc.open(os.path.join(SMOKE, "position_covariance.h5"))
-        self.assertEqual(len(result.table("published")), 0)
-        last = result.table("covariance").iloc[-1]
-        said = headlines.sentence(result, result.verdicts)
-        self.assertIn(f"{result.title}, {last['case']}: at {text.number(float(last['md_m']), 5)} m the position is known to "
-                      f"{text.number(float(last['semi_major_m']), 3)} by {text.number(float(last['semi_minor_m']), 3)} m", said)
-        self.assertNotIn("published", said)
-
-        def changed(name, **columns):
-            frame = surveymc.open(result.path).table(name)
-            frame.loc[frame.index[-1] if len(frame) else 0, list(columns)] = list(columns.values())
-            return frame
-
-        read = result.table
-        lost = changed("covariance", semi_major_m=np.nan)
-        result.table = lambda name: lost if name == "covariance" else read(name)
-        self.assertEqual(headlines._position_covariance(result), "")
-        for verdict, words in (("agrees", "are reproduced"), ("differs", "are held against those computed")):
-            one = changed("published", difference_over_trace=2e-7, verdict=verdict)
-            result.table = lambda name, one=one: one if name == "published" else read(name)
-            self.assertIn(f"1 published elements of the covariance of {result.title} {words}; the largest difference is 2.0·10⁻⁷",
-                          headlines._position_covariance(result))
+    def test_a_result_begins_with_its_answer(self):
+        for name in ("msa_sweep", "vertical_well", "reliability_map"):
+            result = surveymc.open(os.path.join(SMOKE, name + ".h5"))
+            start = self.source.index(f'id="result-{name.replace("_", "-")}"')
+            part = html.unescape(self.source[start:self.source.index("</article>", start)])
+            places = [part.index(sentence) for sentence in result.answer]
+            self.assertTrue(2 <= len(places) and places == sorted(places), name)
+            self.assertLess(places[-1], part.index("<table"))
 
     def test_says_how_many_rows_may_differ_by_chance(self):
         rows = {}

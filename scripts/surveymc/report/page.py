@@ -193,6 +193,8 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     if config:
         for text in studies.description(config):
             parts.append(f"<pre>{escape(text)}</pre>" if text.startswith("  ") else f"<p>{prose(text)}</p>")
+    if result.answer:
+        parts.append('<div class="answer">' + "".join(f"<p>{escape(sentence)}</p>" for sentence in result.answer) + "</div>")
     parts.append(_summary(result, counts))
     if own_numbers(result.command):
         parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(own_numbers(result.command).strip())}'
@@ -208,7 +210,7 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     elif not drawn.files and drawn.messages and not len(result.maps):
         parts.append(f'<p class="small">No figure: {escape(drawn.messages[0])}</p>')
     parts += _explorers(result, frames, identity)
-    others = [t for t in frames if t not in judged and t != "warnings" and len(frames[t])]
+    others = [t for t in frames if t not in judged and t not in ("answer", "warnings") and len(frames[t])]
     for group, heading, kind in ((judged, "Comparison", "judged"), (others, "Other tables", "others")):
         if group:
             parts.append(f'<div class="{kind}"><h4>{heading}</h4>')
@@ -365,7 +367,7 @@ intervals. The small scale beside a ratio goes from ½ to 2; its band is what co
 <dl class="verdicts">
 <dt><span class="verdict agrees"><i aria-hidden="true">●</i> agrees</span></dt><dd>the whole interval is within the margin</dd>
 <dt><span class="verdict differs"><i aria-hidden="true">◆</i> differs</span></dt><dd>the whole interval is outside of it: this prediction is wrong here</dd>
-<dt><span class="verdict expected"><i aria-hidden="true">◇</i> differs, as expected</span></dt><dd>the same, and the config says so: a formulation that is wrong on purpose, or a known misprint</dd>
+<dt><span class="verdict finding"><i aria-hidden="true">◇</i> finding</span></dt><dd>the same, of an approximation, a statement of others, or what the config says is wrong: this shows where it fails</dd>
 <dt><span class="verdict undecided"><i aria-hidden="true">▲</i> undecided</span></dt><dd>more trials would tell</dd>
 <dt><span class="verdict undecided"><i aria-hidden="true">△</i> differs, may be chance</span></dt><dd>it differs by itself, but among so many rows one may by chance</dd>
 </dl><p>“Not as expected” marks rows whose verdict is another than the one that the config asks for.</p></details>

@@ -53,7 +53,7 @@
     if (kinds.length > 1 || data.some((r) => r.classList.contains("unexpected"))) {
       choice = document.createElement("select");
       choice.setAttribute("aria-label", `Verdicts of ${name}`);
-      const words = { agrees: "agrees", differs: "differs", expected: "differs, as expected", undecided: "undecided" };
+      const words = { agrees: "agrees", differs: "differs", finding: "finding", undecided: "undecided" };
       const options = [["", "all verdicts"], ...kinds.map((k) => [k, words[k]]),
         ...(data.some((r) => r.classList.contains("unexpected")) ? [["unexpected", "not as expected"]] : [])];
       choice.append(...options.map(([value, label]) => new Option(label, value)));

@@ -82,7 +82,7 @@ def interval(value, low, high):
 
 VERDICT_MARKS = {  # kind: class, mark, words for one and for several
     "agrees": ("agrees", "●", "agrees", "agree"),
-    "differs as expected": ("expected", "◇", "differs, as expected", "differ, as expected"),
+    "finding": ("finding", "◇", "finding", "findings"),
     "undecided": ("undecided", "▲", "undecided", "undecided"),
     "may be chance": ("undecided", "△", "differs, may be chance", "differ, may be chance"),
     "differs": ("differs", "◆", "differs", "differ")}
@@ -98,8 +98,8 @@ def verdict(kind, unexpected=False):
 
 
 def counts_sentence(counts):
-    """'12 agree, 3 differ as expected'; the kinds that there are."""
-    words = {"agrees": ("agrees", "agree"), "differs as expected": ("differs as expected", "differ as expected"),
+    """'12 agree, 3 are findings'; the kinds that there are."""
+    words = {"agrees": ("agrees", "agree"), "finding": ("is a finding", "are findings"),
              "undecided": ("is undecided", "are undecided"),
              "may be chance": ("differs, which may be chance", "differ, which may be chance"), "differs": ("differs", "differ")}
     parts = [f"{grouped(counts[k])} {w[counts[k] != 1]}" for k, w in words.items() if counts.get(k)]

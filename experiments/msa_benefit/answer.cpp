@@ -1,0 +1,27 @@
+#include "compare/answer.h"
+#include "store/result_file.h"
+
+namespace surveymc::studies::msa_benefit {
+
+using compare::Rows;
+
+void answer(compare::Answer& answer, const store::Result& result) {
+  const Rows azimuth = Rows(result.tables, "summary").where("quantity", "azimuth");
+  const Rows least = azimuth.at_least("worse_share"), most = azimuth.at_largest("worse_share");
+  const Rows best = azimuth.at_least("ratio_best"), worst = azimuth.at_largest("ratio_worst");
+  if (!least.empty() && azimuth.size() == 1)
+    answer.say("Multi-station analysis makes the azimuth worse, or fails, in {} of {} directions of the hole.",
+               {least.figure("worse_share").percent(), least.figure("directions")});
+  if (!least.empty() && azimuth.size() > 1)
+    answer.say(
+        "Multi-station analysis makes the azimuth worse, or fails, in {} of the directions of the hole{}, and in {} of "
+        "them{}.",
+        {least.figure("worse_share").percent(), least.point(), most.figure("worse_share").percent(), most.point()});
+  if (!best.empty())
+    answer.say("Its sd becomes {} times that before at best, and {} times at worst, at inclination {} and azimuth {}.",
+               {best.figure("ratio_best"), worst.figure("ratio_worst"), worst.figure("worst_inclination_deg"),
+                worst.figure("worst_azimuth_deg")});
+  answer.say_verdicts(Rows(result.tables, "verification"), "standard deviations", "First-order theory");
+}
+
+}  // namespace surveymc::studies::msa_benefit
