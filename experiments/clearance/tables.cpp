@@ -195,8 +195,7 @@ void Tables::add_published(const Pair& pair) {
 }
 
 void Tables::add_warnings(const Well& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
-  for (scenario::ValidityWarning& warning : scenario::warnings_of(w, non_finite))
-    warnings_.push_back(std::move(warning));
+  for (compare::Warning& warning : scenario::warnings_of(w, non_finite)) warnings_.push_back(std::move(warning));
 }
 
 store::Table Tables::parameters_table() const {
@@ -271,7 +270,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
     published.word("note", "where the published value is from", p.source);
   });
   out.push_back(published.take());
-  out.push_back(scenario::validity_warnings_table("separations", warnings_));
+  out.push_back(compare::warnings_table(warnings_));
   return out;
 }
 

@@ -43,7 +43,7 @@ class Tables {
   const Scenario& s_;
   compare::TableRows clearance_, least_, covariance_;
   std::vector<PublishedRow> published_;
-  std::vector<scenario::ValidityWarning> warnings_;
+  std::vector<compare::Warning> warnings_;
 };
 
 }  // namespace surveymc::studies::clearance

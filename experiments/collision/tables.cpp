@@ -317,10 +317,10 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
 }
 
 store::Table warnings_of_wells(const Scenario& s) {
-  std::vector<scenario::ValidityWarning> all = scenario::warnings_of(s.reference);
+  std::vector<compare::Warning> all = scenario::warnings_of(s.reference);
   for (const scenario::SurveyedWell& w : s.offsets)
-    for (scenario::ValidityWarning& warning : scenario::warnings_of(w)) all.push_back(std::move(warning));
-  return scenario::validity_warnings_table("probabilities", all);
+    for (compare::Warning& warning : scenario::warnings_of(w)) all.push_back(std::move(warning));
+  return compare::warnings_table(all);
 }
 
 }  // namespace

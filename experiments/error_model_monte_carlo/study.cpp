@@ -25,6 +25,7 @@
 #include "propagate/ellipse.h"
 #include "propagate/hole_direction.h"
 #include "random/study_stream.h"
+#include "scenario/survey_spacing.h"
 #include "scenario/validity_tables.h"
 #include "stats/antithetic.h"
 #include "survey/minimum_curvature.h"
@@ -368,8 +369,9 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
   r.tables.push_back(scenario::validity_table(s_.survey, s_.tools, s_.validity));
-  r.tables.push_back(
-      scenario::validity_warnings_table("covariances", scenario::validity_warnings(s_.survey, s_.tools, s_.validity)));
+  std::vector<compare::Warning> warnings = scenario::validity_warnings(s_.survey, s_.tools, s_.validity);
+  scenario::add_spacing_warning(warnings, s_.survey, s_.tvd, s_.tools, s_.field, s_.latitude);
+  r.tables.push_back(compare::warnings_table(warnings));
   if (s_.save_samples > 0 && s_.samples()) r.samples = {compare::position_samples_table(tally.samples)};
   return r;
 }

@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "compare/verdict.h"
+#include "compare/warnings.h"
 #include "stats/intervals.h"
 
 namespace surveymc::studies::estimate {
@@ -272,12 +273,9 @@ store::Table without_suspect_table(const analysis::ReadingsAnalysis& a, const an
 }  // namespace
 
 store::Table warnings_table(const std::vector<analysis::Warning>& warnings) {
-  compare::TableRows t("warnings", "what to know before the estimate is used");
-  compare::write_rows(t, warnings, [&](const analysis::Warning& x) {
-    t.word("severity", "severe, warning or info", x.severity);
-    t.word("message", "what is wrong, and what to do", x.message);
-  });
-  return t.take();
+  std::vector<compare::Warning> all;
+  for (const analysis::Warning& w : warnings) all.push_back({w.severity, "", "", w.message});
+  return compare::warnings_table(all);
 }
 
 std::vector<store::Table> result_tables(const survey::SixAxisReadings& readings, const survey::ReferenceField& field,

@@ -19,6 +19,7 @@
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
 #include "scenario/scenario.h"
+#include "scenario/survey_spacing.h"
 #include "scenario/validity_tables.h"
 #include "study/experiment.h"
 #include "survey/survey.h"
@@ -188,8 +189,9 @@ class PositionCovariance final : public study::StudyPoint {
     r.tables.push_back(gyro_table(s.survey, s.tools, result));
     r.tables.push_back(published_table(published, s.margin));
     r.tables.push_back(uncertainty_table(s.survey, result, s.report));
-    r.tables.push_back(
-        scenario::validity_warnings_table("covariances", scenario::validity_warnings(s.survey, s.tools, validity)));
+    std::vector<compare::Warning> warnings = scenario::validity_warnings(s.survey, s.tools, validity);
+    scenario::add_spacing_warning(warnings, s.survey, s.tvd, s.tools, s.field, s.latitude);
+    r.tables.push_back(compare::warnings_table(warnings));
     return r;
   }
 

@@ -1,5 +1,6 @@
 #include "cli/load_run.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,8 +8,11 @@
 
 #include "cli/exit_codes.h"
 #include "cli/log.h"
+#include "cli/screen.h"
 #include "cli/signals.h"
 #include "config/suggest.h"
+#include "study/mistakes.h"
+#include "sweep/config_keys.h"
 
 namespace surveymc::cli {
 
@@ -36,10 +40,32 @@ config::Config config_with_changes(const RunArguments& a) {
 
 }  // namespace
 
+namespace {
+
+/// All that is wrong with a config, in a line each; `first` is what has ended its reading.
+[[noreturn]] void refuse_config(const RunArguments& a, const study::Experiment& experiment, const std::string& first) {
+  config::KeyTypes types;
+  const auto known = [&] {  // takes a second
+    if (!types.empty()) return types;
+    const store::Table keys = sweep::config_keys(experiment);
+    for (std::size_t row = 0; row < keys.rows(); ++row) types[keys.word("key", row)] = keys.word("type", row);
+    return types;
+  };
+  const std::vector<std::string> all = study::all_mistakes(experiment, config_with_changes(a), known, first);
+  if (all.size() == 1) throw InputError(all.front());
+  throw InputError(fmt::format("{}: {} mistakes:\n{}", a.config, all.size(), fmt::join(all, "\n")));
+}
+
+}  // namespace
+
 study::RunPlan load(const RunArguments& a) {
   config::Config config = config_with_changes(a);
   const study::Experiment& experiment = find_experiment(*a.studies, config);
-  return study::read_run(experiment, std::move(config), stop_flag(), a.threads);
+  try {
+    return study::read_run(experiment, std::move(config), stop_flag(), a.threads);
+  } catch (const InputError& e) {
+    refuse_config(a, experiment, e.what());
+  }
 }
 
 study::RunPlan open_config(const RunArguments& a) {
@@ -62,21 +88,39 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
   return study::read_run(experiment, std::move(config), stop_flag());
 }
 
+namespace {
+
+/// The first remarks of one kind, and of more how many.
+void add_lines(std::vector<std::string>& lines, const config::Config& config, bool warnings) {
+  std::size_t count = 0;
+  const char* kind = warnings ? "warning: " : "";
+  for (const config::Remark& r : config.remarks())
+    if (r.is_warning == warnings && ++count <= kMostRemarks) lines.push_back(kind + r.text());
+  if (count > kMostRemarks) lines.push_back(fmt::format("{}and {} more of this kind", kind, count - kMostRemarks));
+}
+
+}  // namespace
+
 std::vector<std::string> remark_lines(const config::Config& config) {
   std::vector<std::string> lines;
-  for (const bool warnings : {false, true}) {
-    std::size_t count = 0;
-    for (const config::Remark& r : config.remarks())
-      if (r.is_warning == warnings && ++count <= kMostRemarks) lines.push_back((warnings ? "warning: " : "") + r.text);
-    if (count > kMostRemarks)
-      lines.push_back(fmt::format("{}and {} more of this kind", warnings ? "warning: " : "", count - kMostRemarks));
-  }
+  for (const bool warnings : {false, true}) add_lines(lines, config, warnings);
   return lines;
 }
 
 void log_remarks(const config::Config& config) {
   for (const std::string& line : remark_lines(config))
     line.starts_with("warning: ") ? log_warning(line) : log_info(line);
+}
+
+void log_notes(const config::Config& config) {
+  std::vector<std::string> lines;
+  add_lines(lines, config, false);
+  for (const std::string& line : lines) log_info(line);
+  const std::vector<config::Remark> all = config.remarks();
+  const auto warnings = std::count_if(all.begin(), all.end(), [](const config::Remark& r) { return r.is_warning; });
+  if (warnings > 0)
+    log_info(fmt::format("{} about the input: printed at the end; surveymc check prints {} now",
+                         counted(static_cast<std::size_t>(warnings), "warning"), warnings == 1 ? "it" : "them"));
 }
 
 }  // namespace surveymc::cli

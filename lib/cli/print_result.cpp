@@ -12,32 +12,31 @@
 #include "cli/verdict_counts.h"
 #include "compare/answer.h"
 #include "compare/comparison.h"
+#include "compare/warnings.h"
 #include "store/json.h"
 #include "study/point_failure.h"
 
 namespace surveymc::cli {
 namespace {
 
-constexpr const char* kWarningsTable = "warnings";
-
 /// --quiet closes stdout.
 void warn(const std::string& line, bool quiet) { quiet ? log_warning(line) : say(line); }
 
-void print_warning_rows(const store::Table& t, bool quiet) {
-  const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
-  const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
-  for (std::size_t row = 0; row < t.rows(); ++row) {
-    if (quiet && severity[row] == "info") continue;
-    std::string point;  // columns of the sweep stand in front
-    for (const store::Column& c : t.columns) {
-      if (c.name == "severity") break;
-      if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
-        point += store::printable((*words)[row]) + ": ";
-      else
-        point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
+void print_warning_rows(const store::Table& t, const std::string& path, bool quiet) {
+  constexpr std::size_t kMost = 20;
+  std::size_t printed = 0, left_out = 0;
+  for (const compare::Warning& w : compare::warnings_of(t)) {
+    if (quiet && w.severity == "info") continue;
+    if (printed < kMost) {
+      warn(store::printable(compare::in_words(w)), quiet);
+      ++printed;
+    } else {
+      ++left_out;
     }
-    warn(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])), quiet);
   }
+  if (left_out > 0)
+    warn(fmt::format("and {} more: surveymc show {} {}", counted(left_out, "warning"), shell_word(path), t.name),
+         quiet);
 }
 
 void print_failed_points(const store::Table& t, bool quiet) {
@@ -53,7 +52,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
   constexpr std::size_t kReadableRows = 30, kReadableColumns = 44, kReadableLines = 100;
   std::string left_out;
   for (const store::Table& t : result.tables) {
-    if (t.rows() == 0 || t.name == kWarningsTable || t.name == compare::kAnswerTable) continue;
+    if (t.rows() == 0 || t.name == compare::kWarningsTable || t.name == compare::kAnswerTable) continue;
     const std::string text = t.rows() > kReadableRows || t.columns.size() > kReadableColumns
                                  ? ""
                                  : store::format_table(feet ? in_feet(t) : t, screen_format());
@@ -67,12 +66,12 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
                     feet ? " --units ft" : ""));
 }
 
-/// The table `warnings`, if a study has one. `quiet`: on stderr, and without those that only inform.
-void print_warnings(const store::Result& result, bool quiet) {
+/// The table `warnings` of the result at `path`; of many rows the first. `quiet`: on stderr, and without those that
+/// only inform.
+void print_warnings(const store::Result& result, const std::string& path, bool quiet) {
   for (const store::Table& t : result.tables) {
     if (t.name == study::kFailedPoints) print_failed_points(t, quiet);
-    if (t.name != kWarningsTable) continue;
-    store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { print_warning_rows(piece, quiet); });
+    if (t.name == compare::kWarningsTable) print_warning_rows(t, path, quiet);
   }
 }
 
@@ -123,7 +122,7 @@ int print_findings(const RunArguments& a, const store::Result& result, const std
   if (a.json) {
     fmt::print("{{{}", summary_json(result, path));
     for (const store::Table& t : result.tables)
-      if (t.name == kWarningsTable) fmt::print(",\n\"warnings\": {}", store::to_json(t));
+      if (t.name == compare::kWarningsTable) fmt::print(",\n\"warnings\": {}", store::to_json(t));
     fmt::print("}}\n");
     return report_verdicts(result, a.check, true);
   }
@@ -134,7 +133,7 @@ int print_findings(const RunArguments& a, const store::Result& result, const std
   }
   const int exit = report_verdicts(result, a.check, false);
   if (!a.verbose) say("tables: surveymc show " + shell_word(path));
-  print_warnings(result, a.quiet);
+  print_warnings(result, path, a.quiet);
   return exit;
 }
 

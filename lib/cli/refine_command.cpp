@@ -41,7 +41,8 @@ void add_missing_inputs(NewFiles& files, const sweep::Round& round, const fs::pa
     const fs::path path = folder / name;
     std::error_code error;
     if (name == points || name.ends_with(".points.csv") || fs::exists(path, error)) return;
-    if (name.starts_with("<shipped>/")) return;  // comes with the program
+    if (name.starts_with("<shipped>/")) return;         // comes with the program
+    if (name.ends_with(config::kDoubtsSuffix)) return;  // what a result says of another file
     std::string fault = name == output.filename() ? "its name is that of the next config" : fault_of_input_name(name);
     if (fault.empty()) fault = make_folders(folder, name);
     if (!fault.empty())

@@ -131,7 +131,7 @@ void log_plan(const RunArguments& a, const study::RunPlan& plan) {
         fmt::format("{} of {} points that were tried cannot be run, and the result will list such points; the "
                     "first: {}",
                     plan.sample.invalid, plan.sample.points, plan.sample.first_reason));
-  log_remarks(plan.config);
+  log_notes(plan.config);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
+#include "study/input_tables.h"
 
 namespace surveymc::cli {
 namespace {
@@ -42,13 +43,16 @@ config::StoredInputs stored_inputs(const store::Result& result) {
     }
     config::InputTable read;
     read.path = in.path;
+    const std::vector<std::int64_t>* lines = nullptr;
     for (const store::Column& c : t.columns) {
+      if (c.name == study::kLineColumn && (lines = std::get_if<std::vector<std::int64_t>>(&c.values))) continue;
       const auto* numbers = std::get_if<std::vector<double>>(&c.values);
       require_form(numbers != nullptr, in);
       read.names.push_back(c.name);
       read.columns.push_back(*numbers);
     }
-    for (std::size_t row = 0; row < t.rows(); ++row) read.lines.push_back(static_cast<int>(row) + 2);
+    for (std::size_t row = 0; row < t.rows(); ++row)
+      read.lines.push_back(lines ? static_cast<int>((*lines)[row]) : static_cast<int>(row) + 2);
     files.tables.push_back(std::move(read));
   }
   return files;

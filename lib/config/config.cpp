@@ -1,8 +1,11 @@
 #include "config/config.h"
 
+#include <algorithm>
 #include <bit>
+#include <sstream>
 
 #define XXH_INLINE_ALL
+#include <fmt/ranges.h>
 #include <xxhash.h>
 
 #include "base/error.h"
@@ -36,6 +39,13 @@ Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log) {
   return config;
 }
 
+static std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
 Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
                          std::vector<InputText> texts, std::vector<InputReference> references,
                          const std::filesystem::path& folder) {
@@ -48,7 +58,14 @@ Config Config::from_text(const std::string& text, const std::string& label, std:
     std::string path = f.path;
     doc.stored_files.emplace(std::move(path), std::move(f));
   }
-  for (auto& t : texts) doc.stored_texts.emplace(std::move(t.path), std::move(t.text));
+  for (auto& t : texts) {
+    const std::string of =
+        t.path.ends_with(kDoubtsSuffix) ? t.path.substr(0, t.path.size() - kDoubtsSuffix.size()) : "";
+    if (const auto table = doc.stored_files.find(of); table != doc.stored_files.end())
+      table->second.doubts = lines_of(t.text);
+    else
+      doc.stored_texts.emplace(std::move(t.path), std::move(t.text));
+  }
   for (auto& r : references) {
     std::string path = r.path;
     doc.stored_references.emplace(std::move(path), std::move(r));
@@ -92,18 +109,15 @@ std::vector<InputTable> Config::inputs() const {
 std::vector<InputText> Config::input_texts() const {
   std::vector<InputText> out;
   for (const auto& [path, text] : doc_->texts) out.push_back({path, text});
+  for (const auto& [path, table] : doc_->inputs)
+    if (!table.doubts.empty()) out.push_back({path + kDoubtsSuffix, fmt::format("{}", fmt::join(table.doubts, "\n"))});
+  std::sort(out.begin(), out.end(), [](const InputText& a, const InputText& b) { return a.path < b.path; });
   return out;
 }
 
 std::vector<InputReference> Config::input_references() const {
   std::vector<InputReference> out;
   for (const auto& [path, reference] : doc_->references) out.push_back(reference);
-  return out;
-}
-
-std::vector<Remark> Config::remarks() const {
-  std::vector<Remark> out;
-  for (const ConfigDocument::PointRemark& r : doc_->remarks) out.push_back(r.remark);
   return out;
 }
 

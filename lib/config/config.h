@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,8 +50,16 @@ struct SweepDimension {
 /// A remark for the user from reading a config, besides errors.
 struct Remark {
   bool is_warning = false;
-  std::string text;  ///< one line; of a warning "file:line: key = value: what is unusual"
-  friend bool operator==(const Remark&, const Remark&) = default;
+  std::string message;       ///< of a warning: what is unusual
+  std::string place = {};    ///< the key; or in which line of which file, with its column, "survey.csv:12"
+  std::string value = {};    ///< what stands there; with names of columns where it is of several, or of a file
+  std::string way_out = {};  ///< what to do if it is not meant
+  std::string line = {};     ///< of a key of the config: "file:line", which a result that is run again does not know
+  std::uint64_t points = 1;  ///< how many points of the sweep it is about,
+  std::size_t point = 0;     ///< and the first of them
+
+  /// "file:line: key = value: what is unusual; what to do".
+  std::string text() const;
 };
 
 /// A value and its place, for a rule that only computing can check. Outlives the reader.
@@ -61,8 +70,6 @@ class ConfigPlace {
   ConfigPlace(std::string place, std::string key) : place_(std::move(place)), key_(std::move(key)) {}
   /// Throws InputError "file:line: key = value: rule".
   [[noreturn]] void fail(const std::string& rule) const;
-  /// "file:line: key = value: text", for a warning.
-  std::string remark(const std::string& text) const;
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
@@ -82,7 +89,12 @@ class ConfigPlace {
   std::string place_, key_;
 };
 
+/// Keys, those of elements of arrays alike ("leg[].name"), and the types of value that their getters take.
+using KeyTypes = std::map<std::string, std::string>;
+
+class Config;
 struct ConfigDocument;
+enum class Decides;
 
 struct TomlNode;
 struct ConfigValue;
@@ -175,10 +187,21 @@ class ConfigReader {
   ConfigPlace place(const std::string& key) const;
 
   /// Tells the user what was read, or warns of what may be a mistake but need not be one: see Config::remarks().
+  /// Warnings are rows of the result. `way_out`: "set field.grid", in words that go on behind a semicolon.
   void note(const std::string& text) const;
-  void warn(const std::string& key, const std::string& text) const;
+  void warn(const std::string& key, const std::string& message, const std::string& way_out = {}) const;
+  /// The same of what is no key of a config: `place` and `value` as in Remark.
+  void warn_at(const std::string& place, const std::string& value, const std::string& message,
+               const std::string& way_out = {}) const;
   /// Throws InputError if a key was never asked for. Call it when everything was read.
   void finish() const;
+
+  /// Everything that is wrong with the point that `read` reads, for who has seen that it cannot be read: unknown keys
+  /// first, then what getters refuse. A getter gives its default or a sample then, and the reading goes on; what such a
+  /// stand-in may be to blame for is left out. `known` gives all keys of the study; it is called where the reading ends
+  /// early.
+  static std::vector<std::string> mistakes_of(Config& config, std::size_t point, const std::function<KeyTypes()>& known,
+                                              const std::function<void(ConfigReader&)>& read);
 
   /// A strict reader of a TOML file that no config names, relative to the working folder. Call its finish(), too.
   static ConfigReader of_file(const std::string& path);
@@ -187,6 +210,7 @@ class ConfigReader {
   friend class Config;
   struct Point;     // one point of a config, shared by the readers of its tables
   struct Fallback;  // what a getter takes where the key is absent
+  struct Mistakes;  // what mistakes_of() has found
   ConfigReader(std::shared_ptr<Point> point, const TomlNode* table, std::string path);
   static ConfigReader of_point(std::shared_ptr<ConfigDocument> doc, std::size_t index, TomlNode root);
   static ConfigReader of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent,
@@ -207,6 +231,10 @@ class ConfigReader {
   ConfigValue ask_name(const std::string& key, std::string_view meaning, const Fallback& fallback,
                        const Describe& describe);
   [[noreturn]] void refuse_missing(const std::string& key) const;
+  /// What get() returns. While mistakes are collected, one of get() is noted, and `stand_in` takes its place.
+  /// `decides`: what may depend on the value (mistakes.h).
+  template <class Value, class Get>
+  Value or_stand_in(const std::string& key, Decides decides, const Value& stand_in, const Get& get) const;
   /// The reader of item `i` of an array of tables.
   ConfigReader element(const std::string& key, const TomlNode& array, std::size_t i) const;
 
@@ -215,7 +243,6 @@ class ConfigReader {
   std::string path_;                 // of this table: "published[1]", or empty at the root
 };
 
-class Config;
 /// See key_log.h.
 Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
 

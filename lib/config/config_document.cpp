@@ -275,16 +275,31 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   }
 }
 
-void ConfigDocument::remark(std::size_t point, bool is_warning, const std::string& text) {
-  if (parent) return parent->remark(point, is_warning, text);  // of a file that the config names
+/// What a remark says, wherever its key stands.
+static std::string saying(const Remark& r) {
+  return fmt::format("{}\n{}\n{}\n{}", r.place, r.value, r.message, r.way_out);
+}
+
+void ConfigDocument::remark(std::size_t point, Remark remark) {
+  if (parent) return parent->remark(point, std::move(remark));  // of a file that the config names
   const std::scoped_lock lock(showing);
-  const auto [known, is_new] = remarked.try_emplace(text, point);
-  if (!is_new && known->second <= point) return;
-  if (!is_new) std::erase_if(remarks, [&](const PointRemark& r) { return r.remark.text == text; });
-  known->second = point;
+  PointSet& points = remarked[saying(remark)];
+  const std::size_t first = points.empty() ? point + 1 : points.ranges().begin()->first;
+  points.add(point);
+  if (first <= point) return;
+  if (first != point + 1)
+    std::erase_if(remarks, [&](const Remark& r) { return r.point == first && saying(r) == saying(remark); });
+  remark.point = point;
   const auto behind = std::upper_bound(remarks.begin(), remarks.end(), point,
-                                       [](std::size_t p, const PointRemark& r) { return p < r.point; });
-  remarks.insert(behind, {point, {is_warning, text}});
+                                       [](std::size_t p, const Remark& r) { return p < r.point; });
+  remarks.insert(behind, std::move(remark));
+}
+
+std::vector<Remark> Config::remarks() const {
+  const std::scoped_lock lock(doc_->showing);
+  std::vector<Remark> out = doc_->remarks;
+  for (Remark& r : out) r.points = doc_->remarked.at(saying(r)).count();
+  return out;
 }
 
 // ---------------------------------------------------------------------------------------------------------- resolved

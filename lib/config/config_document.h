@@ -67,14 +67,10 @@ struct ConfigDocument {
   std::map<std::string, std::string> readings;  // how those of them were read that table() has loaded
   std::map<std::string, std::string> texts;
   std::map<std::string, InputReference> references;  // files that are too large to be stored
-  struct PointRemark {
-    std::size_t point;
-    Remark remark;
-  };
-  std::vector<PointRemark> remarks;             // in order of the points
-  std::map<std::string, std::size_t> remarked;  // their texts, and the first point of each
+  std::vector<Remark> remarks;                       // in order of their first points
+  std::map<std::string, PointSet> remarked;          // by what they say: their points
 
-  void remark(std::size_t point, bool is_warning, const std::string& text);
+  void remark(std::size_t point, Remark remark);
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);

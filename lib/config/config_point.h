@@ -22,6 +22,7 @@ struct ConfigReader::Point {
   std::set<std::string> arrays;                  // arrays of tables that were taken apart
   std::map<std::string, std::string> unmatched;  // elements that are for other points, and the key that says so
   std::map<std::string, TomlNode> defaults;      // by full key
+  std::shared_ptr<Mistakes> mistakes;            // null: the first one ends the reading
 
   struct UnknownKey {
     const TomlNode* node;

@@ -12,6 +12,7 @@
 #include "config/config.h"
 #include "config/config_point.h"
 #include "config/config_value.h"
+#include "config/mistakes.h"
 #include "config/suggest.h"
 #include "config/text.h"
 #include "config/toml_tree.h"
@@ -68,12 +69,16 @@ std::string number_rule(const Range& range) {
   return range.lo > -kInfinity || range.hi < kInfinity ? rule_of(range) : "";
 }
 
-/// A number of the range, as TOML: 0, or one near the lower end.
-std::string sample_of(const Range& range) {
+/// A number of the range: 0, or one near the lower end.
+double sample_number(const Range& range) {
   const bool lo = range.lo > -kInfinity, hi = range.hi < kInfinity;
   const double step = lo && hi ? std::min(1.0, (range.hi - range.lo) / 2) : 1.0;
-  const double sample = range.lo < 0 && range.hi > 0 ? 0.0 : lo ? range.lo + step : hi ? range.hi - step : 1.0;
-  const std::string text = format_number(sample);
+  return range.lo < 0 && range.hi > 0 ? 0.0 : lo ? range.lo + step : hi ? range.hi - step : 1.0;
+}
+
+/// The same as TOML.
+std::string sample_of(const Range& range) {
+  const std::string text = format_number(sample_number(range));
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
@@ -223,50 +228,62 @@ bool ConfigReader::is_text(const std::string& key) const {
 
 double ConfigReader::number(const std::string& key, const Range& range, std::string_view meaning,
                             const std::optional<double>& fallback) {
-  const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && is_in(range, *fallback)), [&] {
-    return KeyQuestion{"number", number_rule(range), sample_of(range)};
+  return or_stand_in(key, Decides::nothing, fallback.value_or(sample_number(range)), [&] {
+    const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && is_in(range, *fallback)), [&] {
+      return KeyQuestion{"number", number_rule(range), sample_of(range)};
+    });
+    return value ? value.number(range) : *fallback;
   });
-  return value ? value.number(range) : *fallback;
 }
 
 std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::string_view meaning,
                                    const std::optional<std::int64_t>& fallback) {
-  const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && lo <= *fallback && *fallback <= hi), [&] {
-    return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi)))};
+  const std::int64_t sample = std::min(hi, lo + (lo < hi));
+  return or_stand_in(key, Decides::nothing, fallback.value_or(sample), [&] {
+    const ConfigValue value =
+        ask(key, meaning, Fallback(fallback, fallback && lo <= *fallback && *fallback <= hi), [&] {
+          return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", sample)};
+        });
+    if (!value) return *fallback;
+    const std::optional<std::int64_t> x = whole(*value.node);
+    if (!x) value.fail_type(fmt::format("must be an integer{}", count_hint(*value.node)));
+    if (*x < lo || *x > hi) value.fail(integer_rule(lo, hi));
+    return *x;
   });
-  if (!value) return *fallback;
-  const std::optional<std::int64_t> x = whole(*value.node);
-  if (!x) value.fail_type(fmt::format("must be an integer{}", count_hint(*value.node)));
-  if (*x < lo || *x > hi) value.fail(integer_rule(lo, hi));
-  return *x;
 }
 
 bool ConfigReader::boolean(const std::string& key, std::string_view meaning, bool fallback) {
-  const ConfigValue value =
-      ask(key, meaning, Fallback(node_of(fallback), true), [] { return KeyQuestion{"true or false"}; });
-  if (!value) return fallback;
-  if (value.node->kind != TomlNode::Kind::boolean) value.fail_type("must be true or false");
-  return value.node->flag;
+  return or_stand_in(key, Decides::presence, fallback, [&] {
+    const ConfigValue value =
+        ask(key, meaning, Fallback(node_of(fallback), true), [] { return KeyQuestion{"true or false"}; });
+    if (!value) return fallback;
+    if (value.node->kind != TomlNode::Kind::boolean) value.fail_type("must be true or false");
+    return value.node->flag;
+  });
 }
 
 std::string ConfigReader::text(const std::string& key, std::string_view meaning,
                                const std::optional<std::string>& fallback) {
-  const ConfigValue value =
-      ask_name(key, meaning, Fallback(fallback, fallback && !fallback->empty()), [] { return KeyQuestion{"text"}; });
-  if (!value) return *fallback;
-  if (!value.node->is_text()) value.fail_type("must be a string");
-  return value.node->text;
+  return or_stand_in(key, Decides::its_table, fallback.value_or("a"), [&] {
+    const ConfigValue value =
+        ask_name(key, meaning, Fallback(fallback, fallback && !fallback->empty()), [] { return KeyQuestion{"text"}; });
+    if (!value) return *fallback;
+    if (!value.node->is_text()) value.fail_type("must be a string");
+    return value.node->text;
+  });
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
                                  std::string_view meaning, const std::optional<std::string>& fallback) {
-  const ConfigValue value = ask_name(key, meaning, Fallback(fallback, fallback && contains(allowed, *fallback)), [&] {
-    return KeyQuestion{"text", "", "", allowed};
+  return or_stand_in(key, Decides::presence, fallback.value_or(allowed.front()), [&] {
+    const ConfigValue value = ask_name(key, meaning, Fallback(fallback, fallback && contains(allowed, *fallback)), [&] {
+      return KeyQuestion{"text", "", "", allowed};
+    });
+    if (!value) return *fallback;
+    std::string word = choice_word(*value.node);
+    if (!contains(allowed, word)) value.fail_type(choice_rule(allowed) + suggestion(word, allowed));
+    return word;
   });
-  if (!value) return *fallback;
-  const std::string word = choice_word(*value.node);
-  if (!contains(allowed, word)) value.fail_type(choice_rule(allowed) + suggestion(word, allowed));
-  return word;
 }
 
 namespace {
@@ -288,12 +305,15 @@ std::optional<double> decimal_year_of(const std::string& text) {
 
 double ConfigReader::decimal_year(const std::string& key, std::string_view meaning) {
   constexpr const char* kRule = "must be a date, 2026-07-01, or a decimal year, 2026.5";
-  const ConfigValue value = ask(key, meaning, {}, [&] { return KeyQuestion{"date", kRule, "2026.5"}; });
-  if (value.node->is_number()) return value.number({});
-  const bool may_be = value.node->is_text() || value.node->kind == TomlNode::Kind::date;
-  const std::optional<double> year = may_be ? decimal_year_of(value.node->text) : std::nullopt;
-  if (!year) value.fail_type(kRule);
-  return *year;
+  constexpr double kSample = 2026.5;
+  return or_stand_in(key, Decides::nothing, kSample, [&] {
+    const ConfigValue value = ask(key, meaning, {}, [&] { return KeyQuestion{"date", kRule, format_number(kSample)}; });
+    if (value.node->is_number()) return value.number({});
+    const bool may_be = value.node->is_text() || value.node->kind == TomlNode::Kind::date;
+    const std::optional<double> year = may_be ? decimal_year_of(value.node->text) : std::nullopt;
+    if (!year) value.fail_type(kRule);
+    return *year;
+  });
 }
 
 // ------------------------------------------------------------------------------------------------------------- lists
@@ -304,69 +324,82 @@ std::vector<double> ConfigReader::numbers(const std::string& key, const Range& r
   const bool is_value = fallback && fits(fallback->size()) &&
                         std::all_of(fallback->begin(), fallback->end(), [&](double x) { return is_in(range, x); });
   const std::string size = count_in_words(count);
-  const ConfigValue value = ask(key, meaning, Fallback(fallback, is_value), [&] {
-    return KeyQuestion{"list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1))};
+  const std::vector<double> sample(static_cast<std::size_t>(std::max(count, 1)), sample_number(range));
+  return or_stand_in(key, Decides::nothing, fallback.value_or(sample), [&] {
+    const ConfigValue value = ask(key, meaning, Fallback(fallback, is_value), [&] {
+      return KeyQuestion{"list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1))};
+    });
+    if (!value) return *fallback;
+    if (!value.node->is_array()) value.fail_type("must be a list of " + size);
+    if (!fits(value.node->items.size())) value.fail(count < 0 ? "must not be empty" : "must have " + size);
+    return value.numbers(range);
   });
-  if (!value) return *fallback;
-  if (!value.node->is_array()) value.fail_type("must be a list of " + size);
-  if (!fits(value.node->items.size())) value.fail(count < 0 ? "must not be empty" : "must have " + size);
-  return value.numbers(range);
 }
 
 std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range, std::string_view meaning) {
-  const ConfigValue value = ask(key, meaning, {}, [&] {
-    return KeyQuestion{"number or list", number_rule(range), sample_of(range)};
+  return or_stand_in(key, Decides::nothing, std::vector<double>{sample_number(range)}, [&]() -> std::vector<double> {
+    const ConfigValue value = ask(key, meaning, {}, [&] {
+      return KeyQuestion{"number or list", number_rule(range), sample_of(range)};
+    });
+    if (value.node->is_number()) return {value.number(range)};
+    if (!value.node->is_array()) value.fail_type("must be a number or a list of numbers");
+    return numbers(key, range, meaning);
   });
-  if (value.node->is_number()) return {value.number(range)};
-  if (!value.node->is_array()) value.fail_type("must be a number or a list of numbers");
-  return numbers(key, range, meaning);
 }
 
 std::vector<double> ConfigReader::grid(const std::string& key, const Range& range, std::string_view meaning) {
-  const ConfigValue value = ask(key, meaning, {}, [&] {
-    return KeyQuestion{"number, list or { from, to, step }", number_rule(range), sample_of(range)};
+  return or_stand_in(key, Decides::nothing, std::vector<double>{sample_number(range)}, [&]() -> std::vector<double> {
+    const ConfigValue value = ask(key, meaning, {}, [&] {
+      return KeyQuestion{"number, list or { from, to, step }", number_rule(range), sample_of(range)};
+    });
+    if (value.node->is_number()) return {value.number(range)};
+    if (value.node->is_table()) {
+      point_->whole.insert(full_key(key));
+      return value.steps(range).values();
+    }
+    if (!value.node->is_array()) value.fail_type("must be a number, a list of numbers or { from, to, step }");
+    if (value.node->items.empty()) value.fail("must not be empty");
+    const auto x = value.numbers(range);
+    for (std::size_t i = 1; i < x.size(); ++i) {
+      const bool rises = x[1] > x[0];
+      if (rises ? !(x[i] > x[i - 1]) : !(x[i] < x[i - 1]))
+        value.item(i).fail(x[i] == x[i - 1] ? "is in the list twice" : "the list must rise or fall throughout");
+    }
+    return x;
   });
-  if (value.node->is_number()) return {value.number(range)};
-  if (value.node->is_table()) {
-    point_->whole.insert(full_key(key));
-    return value.steps(range).values();
-  }
-  if (!value.node->is_array()) value.fail_type("must be a number, a list of numbers or { from, to, step }");
-  if (value.node->items.empty()) value.fail("must not be empty");
-  const auto x = value.numbers(range);
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    const bool rises = x[1] > x[0];
-    if (rises ? !(x[i] > x[i - 1]) : !(x[i] < x[i - 1]))
-      value.item(i).fail(x[i] == x[i - 1] ? "is in the list twice" : "the list must rise or fall throughout");
-  }
-  return x;
 }
 
 std::vector<std::string> ConfigReader::texts(const std::string& key, std::string_view meaning) {
-  const ConfigValue value = ask_name(key, meaning, {}, [] { return KeyQuestion{"text or list of texts"}; });
-  if (value.node->is_text()) return {value.node->text};
-  if (!value.node->is_array()) value.fail_type("must be a string or a list of strings");
-  if (value.node->items.empty()) value.fail("must not be empty");
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < value.node->items.size(); ++i) {
-    const ConfigValue item = value.item(i);
-    if (!item.node->is_text()) item.fail_type("must be a string");
-    out.push_back(item.node->text);
-  }
-  return out;
+  return or_stand_in(key, Decides::its_table, std::vector<std::string>{"a"}, [&]() -> std::vector<std::string> {
+    const ConfigValue value = ask_name(key, meaning, {}, [] { return KeyQuestion{"text or list of texts"}; });
+    if (value.node->is_text()) return {value.node->text};
+    if (!value.node->is_array()) value.fail_type("must be a string or a list of strings");
+    if (value.node->items.empty()) value.fail("must not be empty");
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < value.node->items.size(); ++i) {
+      const ConfigValue item = value.item(i);
+      if (!item.node->is_text()) item.fail_type("must be a string");
+      out.push_back(item.node->text);
+    }
+    return out;
+  });
 }
 
 // --------------------------------------------------------------------------------------------------- tables and files
 
 std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std::string& key, const Range& range,
                                                                        std::string_view meaning) {
-  const ConfigValue value = ask(key, meaning, {}, [&] { return KeyQuestion{"table of numbers", number_rule(range)}; });
-  if (!value.node->is_table()) value.fail_type("must be a table of numbers");
-  point_->whole.insert(full_key(key));
-  std::vector<std::pair<std::string, double>> out;
-  for (const auto& [k, v] : value.node->entries)
-    out.emplace_back(k, ConfigValue{&v, join_key(value.key, key_text(k))}.number(range));
-  return out;
+  return or_stand_in(key, Decides::presence, std::vector<std::pair<std::string, double>>{}, [&] {
+    const ConfigValue value = ask(key, meaning, {}, [&] {
+      return KeyQuestion{"table of numbers", number_rule(range)};
+    });
+    if (!value.node->is_table()) value.fail_type("must be a table of numbers");
+    point_->whole.insert(full_key(key));
+    std::vector<std::pair<std::string, double>> out;
+    for (const auto& [k, v] : value.node->entries)
+      out.emplace_back(k, ConfigValue{&v, join_key(value.key, key_text(k))}.number(range));
+    return out;
+  });
 }
 
 std::vector<ConfigReader> ConfigReader::tables(const std::string& key, std::string_view meaning) {
@@ -434,8 +467,10 @@ constexpr auto kQuestionOfShipped = [] { return KeyQuestion{"text"}; };
 }  // namespace
 
 InputTable ConfigReader::csv(const std::string& key, std::string_view meaning) {
-  const ConfigValue value = ask(key, meaning, {}, question_of_file("CSV file"));
-  return point_->doc->input(*value.node, value.key);
+  return or_stand_in(key, Decides::its_table, survey_stand_in(), [&] {
+    const ConfigValue value = ask(key, meaning, {}, question_of_file("CSV file"));
+    return point_->doc->input(*value.node, value.key);
+  });
 }
 
 InputText ConfigReader::file_text(const std::string& key, std::string_view meaning) {
@@ -456,8 +491,10 @@ InputFile ConfigReader::file(const std::string& key, std::string_view meaning) {
 InputTable ConfigReader::table(const std::string& key, std::string_view meaning,
                                const std::function<InputTable(const std::filesystem::path&)>& load,
                                const std::string& reading) {
-  const ConfigValue value = ask(key, meaning, {}, question_of_file("file"));
-  return point_->doc->table(*value.node, value.key, load, reading);
+  return or_stand_in(key, Decides::its_table, survey_stand_in(), [&] {
+    const ConfigValue value = ask(key, meaning, {}, question_of_file("file"));
+    return point_->doc->table(*value.node, value.key, load, reading);
+  });
 }
 
 ConfigReader ConfigReader::toml(const std::string& key, std::string_view meaning) {
@@ -474,7 +511,17 @@ ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped
 
 void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rule); }
 
-std::string ConfigPlace::remark(const std::string& text) const { return fmt::format("{}: {}: {}", place_, key_, text); }
+std::string Remark::text() const {
+  std::string out = line;
+  const auto add = [&](const char* between, const std::string& more) {
+    if (!more.empty()) out += (out.empty() ? "" : between) + more;
+  };
+  add(": ", place);
+  add(value.find(" = ") == std::string::npos ? " = " : ": ", value);
+  add(": ", message);
+  add("; ", way_out);
+  return out;
+}
 
 ConfigPlace ConfigReader::place(const std::string& key) const {
   if (const ConfigValue value = name_or_self(look_up(key)))
@@ -493,19 +540,34 @@ void ConfigReader::fail(const std::string& key, const std::string& rule) const {
   place(key).fail(rule);
 }
 
-void ConfigReader::note(const std::string& text) const { point_->doc->remark(point_->index, false, text); }
+void ConfigReader::note(const std::string& text) const { point_->doc->remark(point_->index, {false, text}); }
 
-void ConfigReader::warn(const std::string& key, const std::string& text) const {
-  point_->doc->remark(point_->index, true, key.empty() ? text : place(key).remark(text));
+void ConfigReader::warn(const std::string& key, const std::string& message, const std::string& way_out) const {
+  Remark r{true, message, full_key(key), "", way_out, place_of_table()};
+  if (const ConfigValue value = name_or_self(look_up(key))) {
+    r.line = value.node->place;
+    if (!value.node->is_table() && !value.node->is_tables()) r.value = shortened(plain_text(*value.node));
+  } else if (const auto it = point_->defaults.find(r.place); it != point_->defaults.end()) {
+    r.value = shortened(plain_text(it->second));  // not called a default: in the resolved config it is written
+  }
+  if (point_->doc->parent) {  // a file that the config names has its lines in a result, too
+    r.place = fmt::format("{}: {}", r.line, r.place);
+    r.line.clear();
+  }
+  point_->doc->remark(point_->index, std::move(r));
+}
+
+void ConfigReader::warn_at(const std::string& place, const std::string& value, const std::string& message,
+                           const std::string& way_out) const {
+  point_->doc->remark(point_->index, {true, message, place, value, way_out});
 }
 
 void ConfigReader::finish() const {
   std::vector<Point::UnknownKey> unknown;
   point_->find_unknown(*table_, path_, unknown);
-  if (unknown.empty()) return;
-  const auto first = std::min_element(unknown.begin(), unknown.end(),
-                                      [](const auto& a, const auto& b) { return a.node->line < b.node->line; });
-  refuse(first->node->place, first->key, first->rule);
+  std::sort(unknown.begin(), unknown.end(), [](const auto& a, const auto& b) { return a.node->line < b.node->line; });
+  if (point_->mistakes) return point_->mistakes->add_unknown(unknown);
+  if (!unknown.empty()) refuse(unknown.front().node->place, unknown.front().key, unknown.front().rule);
 }
 
 }  // namespace surveymc::config

@@ -239,7 +239,9 @@ class ModelFile {
       const bool is_used = std::any_of(models.begin(), models.end(), [&](const SharedModel& m) {
         return std::any_of(m->terms.begin(), m->terms.end(), [&](const em::Term& t) { return t.function == function; });
       });
-      if (!is_used) entry.warn("name", "no term of this file has this function: its formulas do nothing");
+      if (!is_used)
+        entry.warn("name", "no term of this file has this function: its formulas do nothing",
+                   "does a term name another?");
     }
   }
 

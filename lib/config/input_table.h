@@ -11,13 +11,17 @@ struct InputTable {
   std::string path;                ///< as the config names it, for messages and provenance
   std::vector<std::string> names;  ///< header cells, as written: name and unit (`md_ft`)
   std::vector<std::vector<double>> columns;
-  std::vector<int> lines;  ///< 1-based line of every row
-  int names_line = 1;      ///< of the header
+  std::vector<int> lines;                ///< 1-based line of every row
+  int names_line = 1;                    ///< of the header
+  std::vector<std::string> doubts = {};  ///< what its reader warned of, if the file is of another form
 
   std::size_t rows() const { return lines.size(); }
   /// Index of a column, or -1.
   int find(const std::string& name) const;
 };
+
+/// Behind the name of a file: the text that keeps its doubts, a line each, beside the file in a result.
+inline const std::string kDoubtsSuffix = ": what is doubtful";
 
 /// A user's file that is no table: its text.
 struct InputText {

@@ -20,6 +20,7 @@ constexpr double kDrillable = 30 * kDegree / 30;  // rad/m
 constexpr double kLeastDogleg = 3 * kDegree, kTurnedBack = 179 * kDegree;
 constexpr double kTvdShare = 0.02, kTvdRounding = 1;  // of the interval; m: depths may be listed whole
 constexpr double kStepRatio = 30, kLongStep = 1500;   // m
+constexpr const char* kTypingError = "a typing error?";
 
 /// The columns of a survey file as they are written.
 struct Columns {
@@ -62,11 +63,13 @@ void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector
   for (const std::size_t row : {std::size_t{0}, c.table.rows() - 1}) {  // depths increase
     const double md = survey.stations[row].md;
     if (md < 0)
-      out.push_back({true, fmt::format("{}: {}: measured depth counts from the drill floor: must be 0 or more",
-                                       c.place(row), c.cell(c.md, row))});
+      out.push_back(
+          {true, c.place(row), c.cell(c.md, row), "measured depth counts from the drill floor: must be 0 or more", ""});
     if (md > kDeepest)
-      out.push_back({true, fmt::format("{}: {}: no well is deeper than {:g} km{}", c.place(row), c.cell(c.md, row),
-                                       kDeepest / 1000, c.in_metres(c.md) ? ", unless these are feet (md_ft)" : "")});
+      out.push_back({true, c.place(row), c.cell(c.md, row),
+                     fmt::format("no well is deeper than {:g} km{}", kDeepest / 1000,
+                                 c.in_metres(c.md) ? ", unless these are feet (md_ft)" : ""),
+                     ""});
   }
   std::vector<double> steps;
   for (std::size_t k = 2; k < survey.stations.size(); ++k)  // the first station may be a tie-on far above the second
@@ -77,39 +80,45 @@ void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector
   const double usual = sorted[sorted.size() / 2];
   for (std::size_t k = 0; k < steps.size(); ++k)
     if (steps[k] > kLongStep && steps[k] > kStepRatio * usual)
-      out.push_back({false, fmt::format("{}: {}: {} beyond the station before, where {} are usual: a typing error?",
-                                        c.place(k + 2), c.cell(c.md, k + 2), c.length(c.md, steps[k]),
-                                        c.length(c.md, usual, 4))});
+      out.push_back({false, c.place(k + 2), c.cell(c.md, k + 2),
+                     fmt::format("{} beyond the station before, where {} are usual", c.length(c.md, steps[k]),
+                                 c.length(c.md, usual, 4)),
+                     kTypingError});
 }
 
 void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
   if (looks_like_radians(c)) {
     const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
-    out.push_back(
-        {true, fmt::format("{}: columns inclination_deg, azimuth_deg: no inclination is larger than {:.4g}, and "
-                           "no azimuth than {:.4g}: these look like radians; they must be degrees",
-                           c.table.path, *std::max_element(inclination.begin(), inclination.end()),
-                           *std::max_element(azimuth.begin(), azimuth.end()))});
+    out.push_back({true, c.table.path + ": columns inclination_deg, azimuth_deg", "",
+                   fmt::format("no inclination is larger than {:.4g}, and no azimuth than {:.4g}: these look like "
+                               "radians; they must be degrees",
+                               *std::max_element(inclination.begin(), inclination.end()),
+                               *std::max_element(azimuth.begin(), azimuth.end())),
+                   ""});
   }
   for (std::size_t row = 0; row < c.table.rows(); ++row) {
     const double azimuth = c.values(c.azimuth)[row];
     if (azimuth >= 0 && azimuth <= 360) continue;
-    out.push_back({true, fmt::format("{}: {}: must be in [0, 360]: {:.10g} if no digit is wrong", c.place(row),
-                                     c.cell(c.azimuth, row), azimuth - 360 * std::floor(azimuth / 360))});
+    out.push_back(
+        {true, c.place(row), c.cell(c.azimuth, row),
+         fmt::format("must be in [0, 360]: {:.10g} if no digit is wrong", azimuth - 360 * std::floor(azimuth / 360)),
+         ""});
   }
   const std::vector<double> doglegs = survey::doglegs(survey);
   for (std::size_t k = 1; k < survey.stations.size(); ++k) {
     const double angle = doglegs[k], length = survey.stations[k].md - survey.stations[k - 1].md;
     const bool turns_back = angle > kTurnedBack;
     if (!turns_back && !(angle > kLeastDogleg && angle > kDrillable * length)) continue;
-    const std::string where =
-        fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {}", c.place(k), c.cell(c.inclination, k),
-                    c.cell(c.azimuth, k), angle / kDegree, c.length(c.md, length, 4));
+    const std::string cells = fmt::format("{}, {}", c.cell(c.inclination, k), c.cell(c.azimuth, k)),
+                      turn = fmt::format("the hole turns by {:.4g} degrees in {}", angle / kDegree,
+                                         c.length(c.md, length, 4));
     if (turns_back)
-      out.push_back({true, where + ": it would turn back on itself"});
+      out.push_back({true, c.place(k), cells, turn + ": it would turn back on itself", ""});
     else
-      out.push_back({false, fmt::format("{} ({}): no tool drills more than {}: a typing error?", where,
-                                        c.curvature(angle / length, 4), c.curvature(kDrillable, 3))});
+      out.push_back({false, c.place(k), cells,
+                     fmt::format("{} ({}): no tool drills more than {}", turn, c.curvature(angle / length, 4),
+                                 c.curvature(kDrillable, 3)),
+                     kTypingError});
   }
 }
 
@@ -119,28 +128,36 @@ void find_bad_tvd(const Columns& c, const survey::Survey& survey, std::vector<Su
   const std::vector<double> listed = tvd_from_table(c.table);
   if (listed.empty()) return;
   const std::vector<double> computed = survey::true_vertical_depths(survey);
-  std::string first;
+  SurveyFinding first{true, "", "", "", "are the units of depth right, and is it a depth, positive down?"};
   std::size_t others = 0;
   for (std::size_t k = 1; k < listed.size(); ++k) {
     const survey::Station &before = survey.stations[k - 1], &at = survey.stations[k];
     const double length = at.md - before.md, gained = listed[k] - listed[k - 1],
                  expected = computed[k] - computed[k - 1];
     if (std::abs(gained - expected) <= length * (kTvdShare + survey::dogleg(before, at) / 2) + kTvdRounding) continue;
-    if (!first.empty()) {
+    if (!first.place.empty()) {
       ++others;
       continue;
     }
     const int column = std::max(c.table.find("tvd_m"), c.table.find("tvd_ft"));
-    first =
-        fmt::format("{}: {}: {} below the station before, where the inclinations give {} over {} of hole", c.place(k),
-                    c.cell(column, k), c.length(column, gained), c.length(column, expected), c.length(c.md, length));
+    first.place = c.place(k);
+    first.value = c.cell(column, k);
+    first.text = fmt::format("{} below the station before, where the inclinations give {} over {} of hole",
+                             c.length(column, gained), c.length(column, expected), c.length(c.md, length));
   }
-  if (first.empty()) return;
-  if (others > 0) first += fmt::format(" (and {} station{} more)", others, others == 1 ? "" : "s");
-  out.push_back({true, first + ": are the units of depth right, and is it a depth, positive down?"});
+  if (first.place.empty()) return;
+  if (others > 0) first.text += fmt::format(" (and {} station{} more)", others, others == 1 ? "" : "s");
+  out.push_back(first);
 }
 
 }  // namespace
+
+std::string SurveyFinding::in_words() const {
+  std::string out = place;
+  for (const std::string* more : {&value, &text, &way_out})
+    if (!more->empty()) out += ": " + *more;
+  return out;
+}
 
 std::vector<SurveyFinding> unusual_in_survey(const InputTable& table, const survey::Survey& survey) {
   const Columns columns(table);

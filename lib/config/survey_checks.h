@@ -11,7 +11,13 @@ namespace surveymc::config {
 /// Something unusual in a survey file.
 struct SurveyFinding {
   bool is_refused = false;  ///< so unusual that the user has to say it is meant; else a warning
-  std::string text;         ///< "path:line: column = value: what is unusual, and what to do"
+  std::string place;        ///< "path:line"
+  std::string value;        ///< "column = value"; "" if it is about whole columns
+  std::string text;         ///< what is unusual
+  std::string way_out;      ///< what to look at
+
+  /// "path:line: column = value: what is unusual: what to look at"
+  std::string in_words() const;
 };
 
 /// Unusual values in `table`, from which survey_from_table() has made `survey`. Refused:

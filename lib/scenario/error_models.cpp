@@ -122,8 +122,9 @@ void warn_of_idle_terms(config::ConfigReader& c, const ToolRuns& tools, const su
         error_model::surroundings_of(m.parameters, field.dip, field.total, field.gravity, latitude);
     for (const error_model::Term& t : m.terms)
       if (error_model::is_without_effect(t, here))
-        c.warn("", fmt::format("{}: term {}, magnitude {}, function {}: has no effect at any inclination and azimuth",
-                               tools.model_names[r], t.code, config::format_number(t.magnitude), t.function->name));
+        c.warn_at(fmt::format("{}: term {}", tools.model_names[r], t.code),
+                  fmt::format("magnitude = {}, function = {}", config::format_number(t.magnitude), t.function->name),
+                  "has no effect at any inclination and azimuth", "take it out, or give it another function");
   }
 }
 

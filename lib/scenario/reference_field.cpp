@@ -83,9 +83,10 @@ void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
     if (!allowed)
       c.fail("field.latitude_deg",
              text + ", where the model is not for navigation; field.blackout = \"allow\" goes on with a warning");
-    c.warn("field.latitude_deg", text);
+    c.warn("field.latitude_deg", text, "survey with a gyro: the model is not for navigation there");
   } else if (f.zone == earth::CompassZone::caution) {
-    c.warn("field.latitude_deg", zone_text("caution", earth::kCautionBelow, e) + ", where magnetic azimuths are poor");
+    c.warn("field.latitude_deg", zone_text("caution", earth::kCautionBelow, e) + ", where magnetic azimuths are poor",
+           "survey with a gyro, or expect large errors of azimuth");
   }
 }
 

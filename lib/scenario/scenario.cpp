@@ -10,6 +10,7 @@
 #include "config/foreign_table.h"
 #include "config/meanings.h"
 #include "estimate/estimators.h"
+#include "scenario/survey_spacing.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
@@ -59,7 +60,6 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
                                   const config::ImportOptions& options, const std::string& north,
                                   const std::string& told_as) {
   std::string reading, told;
-  std::vector<std::string> warnings;
   for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
   const std::string path = c.text(key, config::kMeaningElsewhere);
   config::InputTable table = c.table(
@@ -78,12 +78,18 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
           all.emplace_back("unusual", c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual));
         config::ReadTable read = config::read_any_form(place, path, kind, all, told_as);
         told = std::move(read.told);
-        warnings = std::move(read.warnings);
+        read.table.doubts = std::move(read.warnings);
         return std::move(read.table);
       },
       reading);
   if (!told.empty()) c.note(told);
-  for (const std::string& text : warnings) c.warn("", text);
+  for (const std::string& text : table.doubts) {  // "survey.las:line 12: what is doubtful"
+    const std::size_t end = text.starts_with(path) ? text.find(": ", path.size()) : std::string::npos;
+    if (end == std::string::npos)
+      c.warn_at(path, "", text);
+    else
+      c.warn_at(text.substr(0, end), "", text.substr(end + 2));
+  }
   return table;
 }
 
@@ -140,14 +146,15 @@ config::AzimuthReference read_azimuth_reference(config::ConfigReader& c, const c
 
 void warn_of_north(config::ConfigReader& c, const config::InputTable& table,
                    const config::SurveyConventions& conventions) {
-  const config::NamedNorth named = config::named_north(table);
-  const auto warn = [&](const char* north, const char* angle, const char* key) {
-    c.warn("", fmt::format("{}: azimuths are from {} north, and the {} is 0: if that is not meant, set {}", table.path,
-                           north, angle, key));
+  const auto warn = [&](const char* north, const char* angle, const char* way_out) {
+    c.warn_at(table.path, "", fmt::format("azimuths are from {} north, and the {} is 0", north, angle),
+              fmt::format("if that is not meant, set {}", way_out));
   };
-  if (named == config::NamedNorth::grid && conventions.convergence == 0)
+  using enum config::AzimuthReference;
+  // On the central meridian of a known grid the convergence is 0.
+  if (conventions.azimuth_reference == grid && conventions.convergence == 0 && !c.has("field.grid"))
     warn("grid", "convergence", "field.convergence_deg or field.grid");
-  if (named == config::NamedNorth::magnetic && conventions.declination == 0)
+  if (conventions.azimuth_reference == magnetic && conventions.declination == 0)
     warn("magnetic", "declination", "field.declination_deg");
 }
 
@@ -182,13 +189,12 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
   survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);
   warn_of_north(c, table, conventions);
   tell_survey(c, table, survey, conventions);
-  return survey;
+  return read_interpolation(c, "survey.interpolate_m", survey, needs_toolface);
 }
 
 std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const survey::Survey& survey) {
   if (c.has("survey.plan")) return survey::true_vertical_depths(survey);
-  std::vector<double> listed = config::tvd_from_table(c.csv("survey.file", config::kMeaningElsewhere));
-  return listed.empty() ? survey::true_vertical_depths(survey) : listed;
+  return true_vertical_depths_of(c.csv("survey.file", config::kMeaningElsewhere), survey);
 }
 
 sensor::MagnetometerErrors read_magnetometer_errors(config::ConfigReader& c) {

@@ -21,7 +21,8 @@ survey::Survey read_survey(config::ConfigReader& config, const survey::Reference
 /// contradict the file, and must be there where the file says that it does not know.
 config::AzimuthReference read_azimuth_reference(config::ConfigReader& config, const config::InputTable& table,
                                                 const std::string& key);
-/// Warns where a north that only the file names is turned to true north by an angle that the config may not have.
+/// Warns where azimuths from grid or magnetic north would be turned to true north by an angle of exactly 0, which a
+/// config has that says nothing of it. The same for a survey in our own form and in another one.
 void warn_of_north(config::ConfigReader& config, const config::InputTable& table,
                    const config::SurveyConventions& conventions);
 

@@ -26,8 +26,8 @@ void tell_survey(config::ConfigReader& c, const config::InputTable& table, const
   const bool allowed = c.has(unusual) && c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual) == "allow";
   for (const config::SurveyFinding& f : config::unusual_in_survey(table, survey)) {
     if (f.is_refused && !allowed)
-      throw InputError(fmt::format("{}; if the survey is meant so, set {} = \"allow\"", f.text, unusual));
-    c.warn("", f.text);
+      throw InputError(fmt::format("{}; if the survey is meant so, set {} = \"allow\"", f.in_words(), unusual));
+    c.warn_at(f.place, f.value, f.text, f.way_out);
   }
   const survey::SurveySummary s = survey::summary_of(survey);
   c.note(fmt::format(
@@ -71,15 +71,19 @@ Turning undrilled_turns(const survey::SixAxisReadings& r, Axis axis) {
 void warn_of_axes(config::ConfigReader& c, const survey::SixAxisReadings& r) {
   const Turning z = undrilled_turns(r, &survey::Vec3<double>::z);
   if (z.others == 0) return;
-  std::string text = fmt::format(
-      "readings {}: between {:.10g} and {:.10g} m their z axis turns by {:.4g} deg{}: no tool drills more than 30 "
-      "deg/30 m",
-      c.csv("readings", config::kMeaningElsewhere).path, r.md[z.station - 1], r.md[z.station], z.angle / kDegree,
-      z.others > 1 ? fmt::format(" (and in {} other places by more than is drilled)", z.others - 1) : "");
+  const std::string place = "readings " + c.csv("readings", config::kMeaningElsewhere).path;
+  std::string way_out;
   for (const auto& [name, axis] : {std::pair{"x", &survey::Vec3<double>::x}, std::pair{"y", &survey::Vec3<double>::y}})
     if (undrilled_turns(r, axis).others == 0)
-      text += fmt::format("; the {} axis turns as a hole does: is it the one down-hole? It must be z", name);
-  c.warn("", text);
+      way_out += fmt::format("{}the {} axis turns as a hole does: is it the one down-hole? It must be z",
+                             way_out.empty() ? "" : "; ", name);
+  c.warn_at(
+      place, "",
+      fmt::format("between {:.10g} and {:.10g} m their z axis turns by {:.4g} deg{}: no tool drills more than 30 "
+                  "deg/30 m",
+                  r.md[z.station - 1], r.md[z.station], z.angle / kDegree,
+                  z.others > 1 ? fmt::format(" (and in {} other places by more than is drilled)", z.others - 1) : ""),
+      way_out);
 }
 
 }  // namespace
@@ -105,15 +109,15 @@ void tell_readings(config::ConfigReader& c, const survey::SixAxisReadings& readi
   constexpr double kFar = 10 * kDegree;   // biases of several thousand nT turn the mean field by less
   if (std::abs(dip) > kClear && std::abs(field.dip) > kClear && (dip > 0) != (field.dip > 0))
     c.warn(key,
-           fmt::format(
-               "the readings have a dip of {:+.2f} deg, the reference {:+.2f}: a wrong sign of dip (positive down, as "
-               "in the north), or of the accelerometers (accelerometers = \"specific_force\" or \"gravity\")",
-               dip / kDegree, field.dip / kDegree));
+           fmt::format("the readings have a dip of {:+.2f} deg, the reference {:+.2f}", dip / kDegree,
+                       field.dip / kDegree),
+           "a wrong sign of dip (positive down, as in the north), or of the accelerometers (accelerometers = "
+           "\"specific_force\" or \"gravity\")?");
   else if (std::abs(dip - field.dip) > kFar)
     c.warn(key,
-           fmt::format("the readings have a dip of {:+.2f} deg, the reference {:+.2f}: columns in another order, axes "
-                       "of another sign, or the reference of another place?",
-                       dip / kDegree, field.dip / kDegree));
+           fmt::format("the readings have a dip of {:+.2f} deg, the reference {:+.2f}", dip / kDegree,
+                       field.dip / kDegree),
+           "columns in another order, axes of another sign, or the reference of another place?");
 }
 
 }  // namespace surveymc::scenario

@@ -27,27 +27,18 @@ store::Table validity_table(const survey::Survey& survey, const ToolRuns& tools,
   return t.take();
 }
 
-std::vector<ValidityWarning> validity_warnings(const survey::Survey& survey, const ToolRuns& tools,
-                                               const std::vector<propagate::Validity>& validity,
-                                               const std::string& well) {
-  std::vector<ValidityWarning> out;
+std::vector<compare::Warning> validity_warnings(const survey::Survey& survey, const ToolRuns& tools,
+                                                const std::vector<propagate::Validity>& validity,
+                                                const std::string& well) {
+  std::vector<compare::Warning> out;
   for (const propagate::Validity& v : validity) {
     if (v.rule == propagate::ValidityRule::note) continue;
     out.push_back({v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
-                   fmt::format("{}{}{}: {}: {} station{}, md {:g} to {:g} m: {}", well, well.empty() ? "" : ": ",
-                               tools.model_names[v.run], propagate::rule_name(v.rule), v.stations,
+                   fmt::format("{}{}{}", well, well.empty() ? "" : ": ", tools.model_names[v.run]), "",
+                   fmt::format("{}: {} station{}, md {:g} to {:g} m: {}", propagate::rule_name(v.rule), v.stations,
                                v.stations == 1 ? "" : "s", md_of(survey, v.first), md_of(survey, v.last), v.detail)});
   }
   return out;
-}
-
-store::Table validity_warnings_table(const std::string& numbers, const std::vector<ValidityWarning>& warnings) {
-  compare::TableRows t("warnings", fmt::format("what to know before these {} are used", numbers));
-  compare::write_rows(t, warnings, [&](const ValidityWarning& w) {
-    t.word("severity", "severe: there is no covariance; warning: it may be wrong", w.severity);
-    t.word("message", "in words", w.message);
-  });
-  return t.take();
 }
 
 }  // namespace surveymc::scenario

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/warnings.h"
 #include "propagate/tool_validity.h"
 #include "scenario/error_models.h"
 #include "store/table.h"
@@ -14,15 +15,10 @@ namespace surveymc::scenario {
 store::Table validity_table(const survey::Survey& survey, const ToolRuns& tools,
                             const std::vector<propagate::Validity>& validity);
 
-/// A warning that a user must know before using a well's numbers.
-struct ValidityWarning {
-  std::string severity, message;
-};
-/// The same but for notes, in words. `well`: its name, where there are several.
-std::vector<ValidityWarning> validity_warnings(const survey::Survey& survey, const ToolRuns& tools,
-                                               const std::vector<propagate::Validity>& validity,
-                                               const std::string& well = "");
-/// Table warnings, which `run` prints last. `numbers`: what they are about, "covariances".
-store::Table validity_warnings_table(const std::string& numbers, const std::vector<ValidityWarning>& warnings);
+/// Warnings of where they do not hold: the rows of validity_table() but for notes. `well`: its name, where there are
+/// several.
+std::vector<compare::Warning> validity_warnings(const survey::Survey& survey, const ToolRuns& tools,
+                                                const std::vector<propagate::Validity>& validity,
+                                                const std::string& well = "");
 
 }  // namespace surveymc::scenario

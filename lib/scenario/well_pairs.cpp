@@ -13,6 +13,7 @@
 #include "config/meanings.h"
 #include "config/suggest.h"
 #include "scenario/scenario.h"
+#include "scenario/survey_spacing.h"
 #include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
@@ -44,8 +45,8 @@ double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, do
       c.number(key, config::Range::positive(), "diameter of the hole; an offset without it has that of the reference");
   constexpr double kWidest = 1.5;
   if (diameter > kWidest)
-    c.warn(key, fmt::format("a hole of {:.4g} m is wider than any that is drilled for a well: is the unit right?",
-                            diameter));
+    c.warn(key, fmt::format("a hole of {:.4g} m is wider than any that is drilled for a well", diameter),
+           "is the unit right?");
   return diameter;
 }
 
@@ -90,7 +91,7 @@ survey::Survey read_offset_survey(config::ConfigReader& c, const survey::Referen
   survey::Survey survey = config::survey_from_table(table, conventions, false);
   warn_of_north(c, table, conventions);
   tell_survey(c, table, survey, conventions, "unusual");
-  return survey;
+  return read_interpolation(c, "interpolate_m", survey, false);
 }
 
 /// The reference's tools at the same depths, as far as the survey goes.
@@ -213,10 +214,12 @@ void ask_for_north_of_slots(config::ConfigReader& c, const WellPairs& s, config:
   if (moved < kTold) return;
   const std::string text = fmt::format(
       "slots may be north and east of true north or of the map, which the convergence of {:.4g} deg turns by up to "
-      "{:.3g} m: survey.slot_reference = \"true\" or \"grid\" says which",
+      "{:.3g} m",
       s.reference.field.convergence / kDegree, moved);
-  if (north == config::AzimuthReference::grid && moved > kMatters) c.fail("survey.slot_reference", "missing: " + text);
-  c.warn("", text + "; taken as true");
+  constexpr const char* kWayOut = "survey.slot_reference = \"true\" or \"grid\" says which";
+  if (north == config::AzimuthReference::grid && moved > kMatters)
+    c.fail("survey.slot_reference", fmt::format("missing: {}: {}", text, kWayOut));
+  c.warn("survey.slot_reference", text + ": taken as true", kWayOut);
 }
 
 Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north, double turn) {
@@ -243,8 +246,7 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
   const bool has_latitude = c.has("field.latitude_deg") || std::isnan(reference.latitude);
   w.latitude = has_latitude ? read_latitude(c, models_of(w.tools)) : reference.latitude;
   if (is_sidetrack) require_field_of_reference(c, w, reference);
-  w.tvd = config::tvd_from_table(c.csv("file", config::kMeaningElsewhere));
-  if (w.tvd.empty()) w.tvd = survey::true_vertical_depths(w.survey);
+  w.tvd = true_vertical_depths_of(c.csv("file", config::kMeaningElsewhere), w.survey);
   if (is_sidetrack) std::copy_n(reference.tvd.begin(), *w.kickoff + 1, w.tvd.begin());
   const bool is_identical = w.slot == reference.slot && std::equal(w.survey.stations.begin(), w.survey.stations.end(),
                                                                    reference.survey.stations.begin(),
@@ -330,10 +332,11 @@ void warn_of_lacking(config::ConfigReader& c, const Formulation& f, const Scenar
                         : "errors that only one of the wells has are not shared: ";
     if (!of_reference.empty()) text += fmt::format("only the reference has {}; ", fmt::join(of_reference, ", "));
     if (!of_offset.empty()) text += fmt::format("only the offset has {}; ", fmt::join(of_offset, ", "));
-    text += of_reference.empty() && of_offset.empty()
-                ? "neither error model has such an error"
-                : "tools of one kind, with one error model, have their errors in common";
-    if (told.insert(text).second) c.warn("separation.formulations", text);
+    text.resize(text.size() - 2);  // "; " or ": "
+    const char* way_out = of_reference.empty() && of_offset.empty()
+                              ? "neither error model has such an error"
+                              : "tools of one kind, with one error model, have their errors in common";
+    if (told.insert(text).second) c.warn("separation.formulations", text, way_out);
   }
 }
 
@@ -475,11 +478,14 @@ propagate::WellErrors drawn_errors(const SurveyedWell& w, const ToolRuns& tools,
   return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, vertical);
 }
 
-std::vector<ValidityWarning> warnings_of(const SurveyedWell& w,
-                                         const std::vector<propagate::NonFiniteTerm>& non_finite) {
+std::vector<compare::Warning> warnings_of(const SurveyedWell& w,
+                                          const std::vector<propagate::NonFiniteTerm>& non_finite) {
   std::vector<propagate::Validity> all = propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude);
   for (const propagate::NonFiniteTerm& term : non_finite) all.push_back(propagate::validity_of(term, w.tools.runs));
-  return validity_warnings(w.survey, w.tools, all, w.name);
+  std::vector<compare::Warning> out = validity_warnings(w.survey, w.tools, all, w.name);
+  add_spacing_warning(out, w.survey, w.tvd, w.tools, w.field, w.latitude, w.name,
+                      w.name == "reference" ? kInterpolate : "interpolate_m of its [[offset]]");
+  return out;
 }
 
 PairReference pair_reference(const SurveyedWell& well, Interpolation interpolation) {

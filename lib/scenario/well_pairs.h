@@ -64,8 +64,8 @@ void scale_models(config::ConfigReader& config, WellPairs& wells);
 propagate::WellErrors drawn_errors(const SurveyedWell& well, const ToolRuns& tools, propagate::VerticalRule vertical);
 
 /// Warnings of where the models of a well's tools do not hold. `non_finite`: terms of its covariance.
-std::vector<ValidityWarning> warnings_of(const SurveyedWell& well,
-                                         const std::vector<propagate::NonFiniteTerm>& non_finite = {});
+std::vector<compare::Warning> warnings_of(const SurveyedWell& well,
+                                          const std::vector<propagate::NonFiniteTerm>& non_finite = {});
 
 /// The reference well with what every pair needs of it; made by pair_reference().
 class PairReference {

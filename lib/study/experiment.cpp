@@ -7,6 +7,7 @@
 #include "base/units.h"
 #include "compare/family.h"
 #include "compare/sensitivity.h"
+#include "compare/warnings.h"
 #include "montecarlo/threads.h"
 #include "montecarlo/workers.h"
 #include "study/cost.h"
@@ -52,19 +53,25 @@ void require_offered(const config::ConfigReader& reader, const Experiment& exper
 
 }  // namespace
 
+std::unique_ptr<PointPlan> read_point(const Experiment& experiment, const config::Config& config,
+                                      config::ConfigReader& reader) {
+  require_offered(reader, experiment);
+  std::unique_ptr<PointPlan> plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
+  if (plan->trials() > 0) config.seed();  // trials draw: there must be one
+  return plan;
+}
+
 std::shared_ptr<const RunPlan::ReadPoint> RunPlan::read(std::size_t point) const {
   {
     const std::scoped_lock lock(*reading_);
     if (const auto it = read_.find(point); it != read_.end()) return it->second;
   }
   config::ConfigReader reader = config.reader(point);
-  require_offered(reader, experiment);
   const auto p = std::make_shared<ReadPoint>();
-  p->plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
+  p->plan = read_point(experiment, config, reader);
   if (reader.has("field.model")) p->placed = scenario::read_placed_field(reader);
   const bool is_family =
       !reader.has("verdict.family") || reader.text("verdict.family", config::kMeaningElsewhere) != "none";
-  if (p->plan->trials() > 0) config.seed();  // trials draw: there must be one
   const std::vector<store::Axis> own = p->plan->map_axes();
 
   const std::scoped_lock lock(*reading_);
@@ -409,7 +416,8 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
   }
   const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
   for (std::vector<store::Table>* tables : {&r.tables, &r.samples})
-    for (store::Table& t : *tables) t = with_sweep_columns(std::move(t), sweep);
+    for (store::Table& t : *tables)
+      if (t.name != compare::kWarningsTable) t = with_sweep_columns(std::move(t), sweep);
   return r;
 }
 
@@ -447,6 +455,7 @@ class Assembly {
     const bool has_failed = is_failed(r);
     if (sensitivity_ && !has_failed && !is_checked_) compare::check_sensitivity(*sensitivity_, r.tables);
     is_checked_ = is_checked_ || !has_failed;
+    take_warnings(r.tables);
     add_point(tables_, std::move(r.tables));
     add_point(samples_, std::move(r.samples));
     if (has_failed) {  // its values are missing
@@ -467,6 +476,7 @@ class Assembly {
     result.tables = std::move(tables_);
     result.samples = std::move(samples_);
     result.maps = std::move(maps_);
+    result.tables.push_back(warnings_table());
     if (run_.is_family()) compare::apply_family(result.tables);
     if (sensitivity_)
       result.tables.push_back(compare::sensitivity_table(*sensitivity_, result.tables, run_.point_count()));
@@ -476,6 +486,30 @@ class Assembly {
   }
 
  private:
+  /// Warnings of the points, which stand below each other in no other order than that of the points.
+  void take_warnings(std::vector<store::Table>& of_point) {
+    const std::string at = point_in_words(run_.config, point_);
+    std::erase_if(of_point, [&](const store::Table& t) {
+      if (t.name != compare::kWarningsTable) return false;
+      for (compare::Warning& w : compare::warnings_of(t)) {
+        w.at = at;
+        warnings_.add(std::move(w), point_);
+      }
+      return true;
+    });
+    ++point_;
+  }
+
+  /// Those of the input first. All points have been read by now, whoever has computed them.
+  store::Table warnings_table() const {
+    compare::WarningList all;
+    for (const config::Remark& r : run_.config.remarks())
+      if (r.is_warning)
+        all.add({"warning", r.place, r.value, r.message, r.way_out, r.points, point_in_words(run_.config, r.point)});
+    for (compare::Warning& w : compare::warnings_of(warnings_.table())) all.add(std::move(w));
+    return all.table();
+  }
+
   std::size_t values_of_point(const store::Map& m) const { return store::map_size(m) / run_.point_count(); }
 
   const RunPlan& run_;
@@ -483,7 +517,9 @@ class Assembly {
   std::vector<store::Map> maps_;
   const std::vector<store::Axis> axes_;
   Streams streams_;
-  std::size_t failed_ = 0;  // before the first point that did not
+  compare::WarningList warnings_;  // of the points
+  std::size_t point_ = 0;          // that comes next
+  std::size_t failed_ = 0;         // before the first point that did not
   const std::optional<config::SensitivityRule> sensitivity_;
   bool is_checked_ = false;  // at the first point, not after hours
 };

@@ -141,6 +141,10 @@ std::unique_ptr<PointPlan> plan_of(config::ConfigReader& config, random::StudySe
     return std::make_unique<Plan>(read_scenario(config));
 }
 
+/// Reads a point as its study does, with what every study checks. Throws InputError.
+std::unique_ptr<PointPlan> read_point(const Experiment& experiment, const config::Config& config,
+                                      config::ConfigReader& reader);
+
 /// A sweep of more points is not read whole before it runs, and a point that turns out to be invalid does not end it:
 /// the result lists it in the table failed_points.
 inline constexpr std::size_t kMostReadWhole = 10'000;

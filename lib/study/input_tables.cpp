@@ -10,6 +10,13 @@ store::Table table_of(const config::InputTable& in) {
   for (std::size_t c = 0; c < in.names.size(); ++c) {
     t.columns.push_back({in.names[c], unit_of_name(in.names[c]), "column of the user's file", in.columns[c]});
   }
+  // Blank lines and comments are not kept: messages about the rows name their lines all the same.
+  const std::vector<std::int64_t> lines(in.lines.begin(), in.lines.end());
+  bool is_regular = true;
+  for (std::size_t row = 0; row < lines.size(); ++row)
+    is_regular = is_regular && lines[row] == static_cast<std::int64_t>(row) + 2;
+  if (!is_regular && in.find(kLineColumn) < 0)
+    t.columns.push_back({kLineColumn, "1", "line of the row in the user's file", lines});
   return t;
 }
 

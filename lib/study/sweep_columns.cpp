@@ -4,6 +4,8 @@
 #include <iterator>
 #include <numeric>
 
+#include <fmt/format.h>
+
 namespace surveymc::study {
 
 std::string unit_of_name(const std::string& name) {
@@ -37,6 +39,16 @@ store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepV
   store::Table all;
   store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { store::append_rows(all, with_keys(piece)); });
   return all;
+}
+
+std::string point_in_words(const config::Config& config, std::size_t point) {
+  std::string out;
+  for (const config::SweepValue& v : config.sweep_values(point)) {
+    const double* number = std::get_if<double>(&v.value);
+    out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", v.key,
+                       number ? config::format_number(*number) : std::get<std::string>(v.value));
+  }
+  return out;
 }
 
 std::vector<store::Axis> sweep_axes(const config::Config& config) {

@@ -16,6 +16,9 @@ store::Table with_sweep_columns(store::Table table, const std::vector<config::Sw
 
 /// The first axes of every map of a sweep: its keys in column order with their values in order of the points; of a
 /// design that is no product the number of the point.
+/// "noise.scale = 1, estimator.name = msa"; "" without a sweep.
+std::string point_in_words(const config::Config& config, std::size_t point);
+
 std::vector<store::Axis> sweep_axes(const config::Config& config);
 /// Name of the table that gives each point of such a design its keys.
 inline constexpr const char* kPointTable = "sweep_points";

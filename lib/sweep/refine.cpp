@@ -11,6 +11,7 @@
 #include "compare/family.h"
 #include "compare/sensitivity.h"
 #include "config/suggest.h"
+#include "compare/warnings.h"
 #include "stats/order_statistics.h"
 #include "study/sweep_columns.h"
 
@@ -577,11 +578,16 @@ store::Result merged_rounds(const study::Experiment& experiment, std::vector<Rou
       experiment, config::Config::from_text(config::text_with_points(with_rule, first.label, file, grid), first.label,
                                             std::move(tables), std::move(texts), std::move(references), folder));
   store::Result all = study::result_without_tables(run);
+  compare::WarningList warnings;
   const std::vector<store::Axis> points = study::sweep_axes(run.config);
   for (std::size_t i = 0; i < rounds.size(); ++i) {
     Round& r = rounds[i];
     const auto add = [&](std::vector<store::Table>& to, std::vector<store::Table>& from) {
       for (store::Table& t : from) {
+        if (t.name == compare::kWarningsTable) {
+          for (compare::Warning& w : compare::warnings_of(t)) warnings.add(std::move(w));
+          continue;
+        }
         // Of the rows of one round, or numbered there.
         if (t.name == compare::kAnswerTable || t.name == compare::kFamilyTable ||
             t.name == compare::kSensitivityTable || t.name == study::kPointTable)
@@ -608,6 +614,7 @@ store::Result merged_rounds(const study::Experiment& experiment, std::vector<Rou
     for (std::size_t i = 1; i < of_points.size(); ++i) store::append_rows(of_points.front(), of_points[i]);
     all.tables.push_back(std::move(of_points.front()));
   }
+  all.tables.push_back(warnings.table());
   // As a run of all points does; the points of a table have no sensitivity.
   if (run.is_family()) compare::apply_family(all.tables);
   study::add_answer(experiment, all);

@@ -319,10 +319,10 @@ class BadInput(ClearanceCase):
 
     def test_what_only_one_well_has_is_told_by_name(self):
         config = self.changed(('name = "other"', 'name = "other"\nerror_model = "MWD+IFR1"'))
-        told = self.call("run", config, "-o", "out.h5").stderr
+        told = self.call("run", config, "-o", "out.h5").stdout
         self.assertRegex(told, r'"geomagnetic" of other: errors that only one of the wells has are not shared: only the reference has .*DEC-OS.*only the offset has .*DEC-CI')
         config = self.changed(('name = "other"', 'name = "other"\nerror_model = "iscwsa_mwd_rev4"'))
-        told = self.call("run", config, "-o", "out.h5").stderr
+        told = self.call("run", config, "-o", "out.h5").stdout
         self.assertRegex(told, r'"geomagnetic" of other: the wells share nothing, and their results are those of "independent": only the reference has ')
 
     def pole(self, *changes, append=""):

@@ -183,7 +183,8 @@ class Results(Case):
         (row,) = self.table("validity")
         self.assertEqual((row["rule"], float(row["first_md_m"]), float(row["last_md_m"])), ("inclination range", 630, 900))
         (warning,) = self.table("warnings")
-        self.assertIn("INC-ONLY: inclination range: 10 stations, md 630 to 900 m", warning["message"])
+        self.assertEqual(warning["place"], "INC-ONLY")
+        self.assertIn("inclination range: 10 stations, md 630 to 900 m", warning["message"])
         self.run_config(WELL, "--overwrite")
         self.assertEqual(self.table("validity"), [])
 

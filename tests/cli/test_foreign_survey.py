@@ -243,7 +243,7 @@ class Forms(Case):
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=named.csv", "--set", 'survey.azimuth_reference="true"',
                      says="named.csv says grid north: must agree")
         said = self.call("check", "base.toml", "--set", "survey.file=named.csv", "--set", "field.convergence_deg=0").stdout
-        self.assertIn("# warning: named.csv: azimuths are from grid north, and the convergence is 0: if that is not meant, set field.convergence_deg or field.grid", said)
+        self.assertIn("# warning: named.csv: azimuths are from grid north, and the convergence is 0; if that is not meant, set field.convergence_deg or field.grid", said)
 
     def test_without_the_script_our_own_form_is_said(self):
         shutil.copy(test_cli.EXECUTABLE, self.folder / "alone")

@@ -149,7 +149,7 @@ class Covariances(CodesCase):
         for name in ("mine.toml", "wells.toml", "drawn.toml"):
             with self.subTest(config=name):
                 out = self.call("check", name).stdout
-                self.assertIn("# warning: own.toml: a: term X, magnitude 0, function OWN: has no effect at any inclination and azimuth\n", out)
+                self.assertIn("# warning: own.toml: a: term X: magnitude = 0, function = OWN: has no effect at any inclination and azimuth; take it out", out)
                 self.assertRegex(out, r'# warning: own.toml:\d+: function\[1\].name = "SPARE": no term of this file has this function')
         self.write("own.toml", OWN)
         self.assertNotIn("# warning", self.call("check", "mine.toml").stdout)

@@ -35,39 +35,43 @@ TEST_CASE("An ordinary survey has nothing unusual, a tie-on far above and a vert
 TEST_CASE("Azimuths outside [0, 360] are refused with what they may stand for") {
   const SurveyFinding f = only("0,0,0\n30,1,400\n60,2,40\n");
   CHECK(f.is_refused);
-  CHECK(f.text == "w.csv:3: azimuth_deg = 400: must be in [0, 360]: 40 if no digit is wrong");
-  CHECK_THAT(only("0,0,0\n30,1,-10\n60,2,350\n").text, Contains("azimuth_deg = -10") && Contains("350 if"));
+  CHECK(f.in_words() == "w.csv:3: azimuth_deg = 400: must be in [0, 360]: 40 if no digit is wrong");
+  CHECK_THAT(only("0,0,0\n30,1,-10\n60,2,350\n").in_words(), Contains("azimuth_deg = -10") && Contains("350 if"));
 }
 
 TEST_CASE("Radians are refused") {
   const SurveyFinding f = only("0,0,0\n30,0.3,1.1\n60,0.32,1.2\n90,0.35,1.3\n");
   CHECK(f.is_refused);
-  CHECK_THAT(f.text, Contains("no inclination is larger than 0.35, and no azimuth than 1.3: these look like radians"));
+  CHECK_THAT(f.in_words(),
+             Contains("no inclination is larger than 0.35, and no azimuth than 1.3: these look like radians"));
 }
 
 TEST_CASE("A dogleg that no tool drills is a warning, a hole that turns back is refused") {
   const SurveyFinding f = only("0,0,0\n30,1,10\n60,41,10\n120,42,10\n");
   CHECK_FALSE(f.is_refused);
-  CHECK_THAT(f.text, Contains("w.csv:4: inclination_deg = 41, azimuth_deg = 10: the hole turns by 40 degrees in 30 m "
-                              "(40 deg/30 m): no tool drills more than 30 deg/30 m"));
-  CHECK_THAT(only("0,0,0\n100,1,10\n200,41,10\n400,42,10\n", "md_ft").text,
+  CHECK_THAT(f.in_words(),
+             Contains("w.csv:4: inclination_deg = 41, azimuth_deg = 10: the hole turns by 40 degrees in 30 m "
+                      "(40 deg/30 m): no tool drills more than 30 deg/30 m"));
+  CHECK_THAT(only("0,0,0\n100,1,10\n200,41,10\n400,42,10\n", "md_ft").in_words(),
              Contains("turns by 40 degrees in 100 ft (40 deg/100 ft): no tool drills more than 30.5 deg/100 ft"));
   const std::vector<SurveyFinding> back = findings("0,80,10\n3000,99.5,190\n");
   REQUIRE(back.size() == 1);
   CHECK(back.front().is_refused);
-  CHECK_THAT(back.front().text, Contains("179.5 degrees") && Contains("turn back on itself"));
+  CHECK_THAT(back.front().in_words(), Contains("179.5 degrees") && Contains("turn back on itself"));
 }
 
 TEST_CASE("Depths that no well has are refused, a step that looks like a typing error is a warning") {
-  CHECK_THAT(only("-5,0,0\n30,1,10\n60,2,10\n").text,
+  CHECK_THAT(only("-5,0,0\n30,1,10\n60,2,10\n").in_words(),
              Contains("w.csv:2: md_m = -5: measured depth counts from the drill floor"));
   const SurveyFinding deep = only("0,0,0\n10000,1,10\n20000,2,10\n");
   CHECK(deep.is_refused);
-  CHECK_THAT(deep.text, Contains("w.csv:4: md_m = 20000: no well is deeper than 16 km, unless these are feet (md_ft)"));
+  CHECK_THAT(deep.in_words(),
+             Contains("w.csv:4: md_m = 20000: no well is deeper than 16 km, unless these are feet (md_ft)"));
   CHECK(findings("0,0,0\n10000,1,10\n20000,2,10\n", "md_ft").empty());
   const SurveyFinding step = only("0,0,0\n30,1,10\n60,2,10\n90,3,10\n120,3,10\n15000,3,10\n");
   CHECK_FALSE(step.is_refused);
-  CHECK_THAT(step.text, Contains("w.csv:7: md_m = 15000: 14880 m beyond the station before, where 30 m are usual"));
+  CHECK_THAT(step.in_words(),
+             Contains("w.csv:7: md_m = 15000: 14880 m beyond the station before, where 30 m are usual"));
 }
 
 TEST_CASE("Listed vertical depths that do not go with the stations are refused") {
@@ -84,13 +88,13 @@ TEST_CASE("Listed vertical depths that do not go with the stations are refused")
   for (const auto& findings : {with_tvd(feet + "m", rows), with_tvd(metres + "ft", rows)}) {
     REQUIRE(findings.size() == 1);
     CHECK(findings.front().is_refused);
-    CHECK_THAT(findings.front().text,
+    CHECK_THAT(findings.front().in_words(),
                Contains("w.csv:3: tvd_") && Contains("(and 1 station more): are the units of depth right"));
   }
   CHECK(with_tvd(metres + "m", "0,30,0,0\n10,30,0,9\n20,30,0,18\n30,30,0,26\n").empty());  // in whole metres
   CHECK(with_tvd(metres + "m", "0,0,0,0\n30,0,0,-30\n60,30,0,-58.6\n").size() == 1);       // heights
   CHECK_THAT(
-      with_tvd(metres + "m", "100,0,0,100\n400,0,0,40\n700,30,0,686.5\n").front().text,
+      with_tvd(metres + "m", "100,0,0,100\n400,0,0,40\n700,30,0,686.5\n").front().in_words(),
       Contains("w.csv:3: tvd_m = 40: -60 m below the station before, where the inclinations give 300 m over 300 m"));
 }
 

@@ -48,7 +48,7 @@ TEST_CASE("A field of a place is the model's, with normal gravity and the grid's
   CHECK(f.convergence == earth::utm_convergence(place, 31));
   REQUIRE(remarks.size() == 1);
   CHECK_FALSE(remarks.front().is_warning);
-  CHECK_THAT(remarks.front().text, StartsWith("reference field of wmm2025 at 60.5 N, 2.5 E, 120 m, 2026.50: "));
+  CHECK_THAT(remarks.front().text(), StartsWith("reference field of wmm2025 at 60.5 N, 2.5 E, 120 m, 2026.50: "));
 }
 
 TEST_CASE("A table has the place in the degrees of the config, to the last digit") {
@@ -108,9 +108,9 @@ TEST_CASE("The blackout zone is refused by its name unless allowed, the caution 
   field_of(blackout + "blackout = 'allow'", &remarks);
   REQUIRE(remarks.size() == 2);
   CHECK(remarks.front().is_warning);
-  CHECK_THAT(remarks.front().text, Contains("t.toml:5: field.latitude_deg = 86: ") && Contains("blackout"));
+  CHECK_THAT(remarks.front().text(), Contains("t.toml:5: field.latitude_deg = 86: ") && Contains("blackout"));
   field_of(kWmm + "latitude_deg = -63\nlongitude_deg = 142\n", &remarks);
-  CHECK_THAT(remarks.front().text, Contains("caution zone of wmm2025 about the south magnetic pole (below 6000 nT)"));
+  CHECK_THAT(remarks.front().text(), Contains("caution zone of wmm2025 about the south magnetic pole (below 6000 nT)"));
 }
 
 TEST_CASE("A study of magnetic azimuths takes a place without its declination") {

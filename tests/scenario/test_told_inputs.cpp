@@ -40,12 +40,12 @@ std::vector<double> toolfaces(const survey::Survey& s) {
 }  // namespace
 
 TEST_CASE("What was read of a survey is told in one line") {
-  const Told told = drilled("azimuth_reference = 'grid'\n[drilling]\nmode = 'rotating'");
+  const Told told = drilled("[drilling]\nmode = 'rotating'");
   REQUIRE(told.remarks.size() == 1);
-  CHECK(told.remarks.front() ==
-        config::Remark{false,
-                       "survey w.csv: 4 stations, measured depth 0 to 90 m, inclination up to 3 deg (at 90 m), dogleg "
-                       "up to 1 deg/30 m (at 90 m), azimuths from grid north"});
+  CHECK_FALSE(told.remarks.front().is_warning);
+  CHECK(told.remarks.front().text() ==
+        "survey w.csv: 4 stations, measured depth 0 to 90 m, inclination up to 3 deg (at 90 m), dogleg "
+        "up to 1 deg/30 m (at 90 m), azimuths from true north");
 }
 
 TEST_CASE("What is unusual in a survey is refused, or a warning where the config says that it is meant") {
@@ -57,7 +57,7 @@ TEST_CASE("What is unusual in a survey is refused, or a warning where the config
   const Told told = drilled("unusual = 'allow'\n" + mode, csv);
   REQUIRE(told.remarks.size() == 2);
   CHECK(told.remarks.front().is_warning);
-  CHECK_THAT(told.remarks.front().text, Contains("w.csv:3: azimuth_deg = 400"));
+  CHECK_THAT(told.remarks.front().text(), Contains("w.csv:3: azimuth_deg = 400"));
   CHECK_THROWS_WITH(drilled("unusual = true\n" + mode), Contains("survey.unusual = true: must be one of"));
 }
 
@@ -103,21 +103,21 @@ TEST_CASE("Readings whose dip has the other sign than the reference are told so 
   };
   const std::vector<config::Remark> good = told(72, "dip_deg = 70");
   REQUIRE(good.size() == 1);
-  CHECK(good.front().text ==
+  CHECK(good.front().text() ==
         "readings r.csv: 3 stations, measured depth 0 to 60 m, mean gravity 9.8000 m/s2, total field "
         "50000 nT, dip 72.00 deg");
   const std::vector<config::Remark> bad = told(72, "dip_deg = -70");
   REQUIRE(bad.size() == 2);
   CHECK(bad.back().is_warning);
-  CHECK_THAT(bad.back().text,
+  CHECK_THAT(bad.back().text(),
              Contains("t.toml:5: field.dip_deg = -70: the readings have a dip of +72.00 deg, the reference "
-                      "-70.00: a wrong sign of dip"));
+                      "-70.00; a wrong sign of dip"));
   CHECK(told(2, "dip_deg = -3").size() == 1);  // at the magnetic equator the sign tells nothing
   CHECK(told(62, "dip_deg = 70").size() == 1);
   for (const double far : {59.0, 81.0, -1.0}) {  // columns that change places, or an axis its sign
     const std::vector<config::Remark> warned = told(far, "dip_deg = 70");
     REQUIRE(warned.size() == 2);
     CHECK(warned.back().is_warning);
-    CHECK_THAT(warned.back().text, Contains("the reference +70.00: columns in another order"));
+    CHECK_THAT(warned.back().text(), Contains("the reference +70.00; columns in another order"));
   }
 }
