@@ -10,8 +10,8 @@
 #include "base/units.h"
 #include "compare/family.h"
 #include "compare/sensitivity.h"
-#include "config/suggest.h"
 #include "compare/warnings.h"
+#include "config/suggest.h"
 #include "stats/order_statistics.h"
 #include "study/sweep_columns.h"
 

@@ -19,6 +19,7 @@ import importlib as _importlib
 import importlib.util as _util
 
 _PLACES = {"Ellipse": "ellipse", "Figures": "figures", "NotFound": "result", "Result": "result", "ResultError": "storage",
+           "ResultWarning": "result",
            "RunError": "program", "find_program": "program", "plot": "figures", "run": "program", "sweep": "program"}
 __all__ = [*sorted(_PLACES), "open"]
 __version__ = "0.1.0"
@@ -47,5 +48,8 @@ def __dir__():
 
 
 def open(path):
-    """The result in the file `path`. ResultError if it cannot be read or is not a result of surveymc."""
-    return __getattr__("Result")(path)
+    """The result in the file `path`. ResultError if it cannot be read or is not a result of surveymc. What it says that its
+    input was doubtful of is a ResultWarning, and Result.warnings."""
+    result = __getattr__("Result")(path)
+    result.warn()
+    return result

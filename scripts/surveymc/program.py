@@ -54,7 +54,7 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
     as NAME.1.h5, or the next free number, unless overwrite. check: RunError with exit_code 1 if a verdict is not the one that
     the config expects.
 
-    RunError with the program's message if the config, its data or the output is refused.
+    What is doubtful in the input is a ResultWarning, and Result.warnings. RunError with the program's message if the config, its data or the output is refused.
     """
     try:
         options = [f"--set={key}={toml.value(new)}" for key, new in (set or {}).items()]
@@ -69,7 +69,9 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
     with _written(config, folder) if isinstance(config, dict) else contextlib.nullcontext(config) as path:
         if output is not None:
             _call(["run", path, *options, "--output", output, *(["--overwrite"] if overwrite else [])])
-            return _read(output)
+            result = _read(output)
+            result.warn(stacklevel=2)
+            return result
         try:
             keeper = tempfile.TemporaryDirectory(prefix="surveymc-")
         except OSError as error:
@@ -82,6 +84,7 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
             keeper.cleanup()
             raise
         weakref.finalize(result, keeper.cleanup)
+        result.warn(stacklevel=2)
         return result
 
 
@@ -161,6 +164,7 @@ def _call(arguments):
         raise RunError(f"{program}: cannot be run: {getattr(error, 'strerror', None) or error}") from None
     if done.returncode:
         said = done.stderr.strip().splitlines()
-        message = next((line.removeprefix("error: ") for line in reversed(said) if line.startswith("error: ")), said[-1] if said else "")
+        starts = [i for i, line in enumerate(said) if line.startswith("error: ")]  # the last one may be a list of mistakes
+        message = "\n".join(said[starts[-1]:]).removeprefix("error: ") if starts else said[-1] if said else ""
         meaning = _EXIT_CODES.get(done.returncode, f"exit code {done.returncode}")
         raise RunError(message or f"surveymc {arguments[0]}: {meaning}", done.returncode if done.returncode > 0 else None)

@@ -5,6 +5,7 @@ import contextlib
 import os
 import re
 import tomllib
+import warnings
 
 import h5py
 import numpy as np
@@ -16,12 +17,18 @@ from .storage import ResultError
 from .storage import plain as _python
 
 MAY_BE_CHANCE = "may be chance"  # of column `family`
+_MOST_TOLD = 10  # warnings of one result
+_told = set()    # content hashes of results whose warnings were given to Python
 VERDICTS = ("agrees", "finding", "undecided", "differs")
 EITHER = "either"  # of column `expected`: an approximation, or what others say
 _ATTRIBUTES = {  # of the root group: name here, name there
     "title": "title", "experiment": "experiment", "seed": "seed", "trials": "trials", "version": "surveymc_version",
     "revision": "git_revision", "compiler": "compiler", "command": "command", "config": "config",
     "config_hash": "config_hash", "content_hash": "content_hash"}
+
+
+class ResultWarning(UserWarning):
+    """What the program doubts in the input of a result, or in its numbers: the table `warnings`."""
 
 
 class NotFound(ResultError, KeyError):
@@ -117,6 +124,27 @@ class Result:
             return []
         with self._file() as file:
             return list(_values(file["tables"]["answer"]["sentence"]))
+
+    @property
+    def warnings(self):
+        """What to know before the numbers are used, as a list of dicts: severity ("severe", "warning", "info"), place, value,
+        message, way_out, points, at. Empty if nothing is doubtful."""
+        if "warnings" not in self.tables:
+            return []
+        with self._file() as file:
+            columns = {k: [_python(v) for v in _values(d)] for k, d in file["tables/warnings"].items() if k != "row"}
+        return [dict(zip(columns, row)) for row in zip(*columns.values())]
+
+    def warn(self, stacklevel=2):
+        """Gives its warnings to Python's `warnings`, those that only inform left out: one ResultWarning, once for a result of
+        these contents."""
+        said = [warning_in_words(w) for w in self.warnings if w["severity"] != "info"]
+        if not said or self.content_hash in _told:
+            return
+        _told.add(self.content_hash)
+        more = [f"and {len(said) - _MOST_TOLD} more: Result.warnings"] if len(said) > _MOST_TOLD else []
+        warnings.warn("\n  ".join([f"{self.title or self.path}: {len(said)} warning{'s' * (len(said) > 1)}:",
+                                   *said[:_MOST_TOLD], *more]), ResultWarning, stacklevel + 1)
 
     @property
     def verdicts(self):
@@ -242,6 +270,16 @@ class Result:
             if len(found) == 1:
                 return found[0]
         raise not_found("column", word, frame.columns, self.path)
+
+
+def warning_in_words(row):
+    """A row of Result.warnings in one line: "warning: survey.csv:5: azimuth_deg = 400: must be in [0, 360]"."""
+    place, value = row.get("place", ""), row.get("value", "")
+    if value:
+        place = f"{place}{' = ' if place and ' = ' not in value else ': ' if place else ''}{value}"
+    way_out, points, at = row.get("way_out", ""), int(row.get("points", 1)), row.get("at", "")
+    where = f" ({points} points, the first: {at})" if points > 1 else f" (at {at})" if at else ""
+    return ": ".join(filter(None, [row["severity"], place, row["message"]])) + (f"; {way_out}" if way_out else "") + where
 
 
 def _described(data):

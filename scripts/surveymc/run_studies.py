@@ -73,7 +73,7 @@ def program_version(program):
 
 def is_done(job, version):
     try:
-        result = surveymc.open(job.output)
+        result = surveymc.Result(job.output)
     except surveymc.ResultError:
         return False
     return (result.config_hash, result.version, result.revision) == (job.config_hash, *version)

@@ -107,11 +107,26 @@ class Running(unittest.TestCase):
                 call()
             self.assertEqual(raised.exception.exit_code, code, raised.exception)
             self.assertIn(word, str(raised.exception))
-        with self.assertRaisesRegex(surveymc.RunError, r"^config: field.total_nT: missing"):
+        with self.assertRaisesRegex(surveymc.RunError, r"(?m)^config: field.total_nT: missing"):
             surveymc.run({"experiment": "msa_position", "survey": {"file": "x.csv"}}, folder=self.folder)
         with self.assertRaises(surveymc.RunError) as raised:
             surveymc.run(path, set={"verdict.margin": 1e-6}, trials=200, check=True, threads=1)
         self.assertEqual(raised.exception.exit_code, 1)
+
+    def test_all_mistakes_are_in_the_error(self):
+        with self.assertRaises(surveymc.RunError) as raised:
+            surveymc.run(os.path.join(CONFIGS, "msa_position.toml"), set={"field.dip_deg": 170.0, "field.gravity_mps": 3.0})
+        self.assertIn("2 mistakes:\n", str(raised.exception))
+        self.assertIn("field.dip_deg = 170: must be in [-90, 90]", str(raised.exception))
+        self.assertIn("write field.gravity_mps2", str(raised.exception))
+
+    def test_what_is_doubtful_is_a_warning(self):
+        surveymc.result._told.clear()
+        with self.assertWarns(surveymc.ResultWarning) as told:
+            result = surveymc.run(os.path.join(CONFIGS, "msa_position.toml"), trials=20, set={"survey.azimuth_reference": "magnetic", "field.declination_deg": 0.0})
+        self.assertIn("the declination is 0", str(told.warning))
+        self.assertEqual(told.filename, __file__)
+        self.assertEqual([r["message"] for r in result.warnings], ["azimuths are from magnetic north, and the declination is 0"])
 
     def test_sweep_is_one_table_with_its_axes(self):
         frame = surveymc.sweep(os.path.join(CONFIGS, "msa_position.toml"),

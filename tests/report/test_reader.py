@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 
 import h5py
 import numpy as np
@@ -49,6 +50,24 @@ class Reading(unittest.TestCase):
             self.assertEqual(got["unexpected"], 0, "smoke configs pass --check")
         self.assertGreater(opened("vertical_well").verdicts["finding"], 0)
 
+    def test_warnings_are_rows_and_told_once(self):
+        surveymc.result._told.clear()
+        with self.assertWarns(surveymc.ResultWarning) as told:
+            result = opened("estimate")
+        self.assertEqual(told.filename, __file__)
+        rows = [r for r in result.warnings if r["severity"] != "info"]
+        self.assertTrue(rows)
+        self.assertIn(f"{len(rows)} warnings:", str(told.warning))
+        for row in rows:
+            self.assertIn(row["message"], str(told.warning))
+        with warnings.catch_warnings(record=True) as again:
+            warnings.simplefilter("always")
+            opened("estimate")
+        self.assertEqual(again, [])
+        self.assertEqual(surveymc.result.warning_in_words(
+            {"severity": "warning", "place": "field.dip_deg", "value": "5", "message": "odd", "way_out": "look", "points": 2, "at": "a = 1"}),
+            "warning: field.dip_deg = 5: odd; look (2 points, the first: a = 1)")
+
     def test_table_has_columns_units_and_intervals(self):
         table = opened("msa_sweep").table("ellipse")
         self.assertIsInstance(table, pandas.DataFrame)
@@ -79,7 +98,7 @@ class Reading(unittest.TestCase):
 
     def test_mappings_read_what_there_is(self):
         result = opened("sensor_monte_carlo")
-        self.assertEqual(set(result.tables), {"answer", "axes", "ellipse", "family", "position_covariance"})
+        self.assertEqual(set(result.tables), {"answer", "axes", "ellipse", "family", "position_covariance", "warnings"})
         self.assertEqual(len(result.samples["realisations"]), 300)
         self.assertEqual(list(result.inputs["traj4"].columns)[0], "md_m")
         self.assertEqual(len(result.maps), 0)

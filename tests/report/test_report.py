@@ -147,7 +147,10 @@ class Structure(unittest.TestCase):
             if counts["agrees"]:
                 self.assertTrue(f"{text.grouped(counts['agrees'])} agree" in part, name)
             for table, frame in result.tables.items():
-                self.assertEqual(len(frame) > 0 and table != "answer", f'aria-label="Table {table}"' in part, (name, table))
+                in_box = table in ("answer", "warnings")
+                self.assertEqual(len(frame) > 0 and not in_box, f'aria-label="Table {table}"' in part, (name, table))
+                for message in frame["message"] if table == "warnings" else []:
+                    self.assertTrue(text.prose(message) in part, (name, message))
 
     def test_what_runs_a_result_again_has_its_options(self):
         for command, options in (("surveymc run a.toml -o a.h5", ""), ("surveymc run a.toml --seed 77 -o a.h5", " --seed 77"),

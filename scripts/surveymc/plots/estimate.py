@@ -36,14 +36,14 @@ def heading(figure, title, text):
 
 
 def summary(fit, warnings):
-    """'25 stations, 44 redundant residuals, s0 = 1.07; 1 severe, 2 warnings.'"""
+    """'25 stations, 44 redundant residuals, s0 = 1.07; 1 severe, 2 warnings.' Warnings are those of all points of a sweep."""
     count = {s: sum(w == s for w in warnings["severity"]) for s in ("severe", "warning")}
     said = ", ".join(f"{n} {'severe' if s == 'severe' else 'warnings' if n > 1 else 'warning'}"
                      for s, n in count.items() if n)
     s0 = fit["s0"][0]
     quality = f", s0 = {number(s0)} (residuals over what the noise would make)" if np.isfinite(s0) else ""
     return f"{fit['stations'][0]} stations, {fit['redundancy'][0]} redundant residuals{quality}." + (
-        f" {said}: see the table warnings." if said else "")
+        f" {said}{' at all points' if np.any(warnings['at'] != '') else ''}: see the table warnings." if said else "")
 
 
 # --- 1: residuals ---------------------------------------------------------------------------------------------------
@@ -229,7 +229,8 @@ def main():
     if len(points) > 1 and index is None:
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I", USAGE)
     point = points[index or 0]
-    here = {n: reading.at_point(table, keys, point) for n, table in tables.items()}
+    warnings = tables.pop("warnings")  # of all points: a sweep has no columns there
+    here = {n: reading.at_point(table, keys, point) for n, table in tables.items()} | {"warnings": warnings}
     heading_text = title + (f": {wording.point_name(keys, point)}" if keys else "")
     folder = saving.figures_folder(arguments.output, arguments.result)
     prefix = "" if len(points) == 1 else f"point{index}_"

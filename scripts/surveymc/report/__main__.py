@@ -54,7 +54,7 @@ def read_all(paths):
     results = []
     for path in paths:
         try:
-            results.append(surveymc.open(path))
+            results.append(surveymc.Result(path))  # its warnings are on the page
         except surveymc.ResultError as error:
             print(f"surveymc-report: left out: {error}", file=sys.stderr)
     if not results:

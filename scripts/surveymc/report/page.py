@@ -45,6 +45,7 @@ def chances_of(frames):
     return found
 
 
+MOST_WARNINGS = 20
 TEST = "test"  # in place of a verdict: a Wishart test, which has a p-value alone
 
 
@@ -157,6 +158,23 @@ def own_numbers(command):
     return "".join(options)
 
 
+def _warnings(result):
+    """What to know before the numbers are used, as a box: severity, place, what is unusual, and what to do."""
+    rows = result.warnings
+    if not rows:
+        return ""
+    items = []
+    for row in rows[:MOST_WARNINGS]:
+        value, way_out = row.get("value", ""), row.get("way_out", "")
+        place = escape(row.get("place", "")) + (f" = {escape(value)}" if value and " = " not in value else f": {escape(value)}" if value else "")
+        points = f" At {row['points']} points, the first: {escape(row['at'])}." if row.get("points", 1) > 1 else (
+            f" At {escape(row['at'])}." if row.get("at") else "")
+        items.append(f'<li><strong>{escape(row["severity"])}</strong> {f"<code>{place}</code>: " if place else ""}'
+                     f'{prose(row["message"])}.{f" <em>{prose(way_out[0].upper() + way_out[1:])}</em>" if way_out else ""}{points}</li>')
+    more = f"<p>{len(rows) - MOST_WARNINGS} more in table <code>warnings</code>.</p>" if len(rows) > MOST_WARNINGS else ""
+    return (f'<aside class="warnings" aria-label="Warnings"><h4>Before you use these numbers</h4><ul>{"".join(items)}</ul>{more}</aside>')
+
+
 def _provenance(result, config, name):
     run = result.run
     took = f", {run['elapsed_s']:.1f} s on {run.get('threads', 1)} threads" if "elapsed_s" in run else ""
@@ -199,8 +217,7 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     if own_numbers(result.command):
         parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(own_numbers(result.command).strip())}'
                      '</code></p>')
-    if "warnings" in frames and len(frames["warnings"]):
-        parts.append(tables.table(frames["warnings"]))
+    parts.append(_warnings(result))
     if drawn.files:
         parts.append('<div class="figures">')
         parts += [_figure(path, study, stem, first_figure + i, f"{identity}-figure-{i + 1}") for i, path in enumerate(drawn.files)]
