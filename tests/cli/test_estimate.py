@@ -334,8 +334,8 @@ class Estimate(Case):
         offered = re.findall(r'"(\w+)"', said.split("must be one of")[1])
         self.assertEqual(offered, ["msa", "msa_weighted", "msa_joint", "wls_consider", "single_station", "axial_correction",
                                    "chained"])
-        listed = self.call("keys", "estimate").stdout
-        rule = next(line for line in listed.splitlines() if line.startswith("estimator.name"))
+        listed = self.call("keys", "estimate", "--csv").stdout
+        rule = next(line for line in listed.splitlines() if line.startswith("estimator.name")).replace('""', '"')
         for name in offered:
             self.assertIn(f'"{name}"', rule)
         self.assertNotIn('"wls"', rule)

@@ -162,8 +162,8 @@ class InTheBrowser(unittest.TestCase):
         self.assertIn(f"{len(column('quantity'))} of {len(before)} rows", bar.text)
         bar.find_element(By.CSS_SELECTOR, "input").clear()
         bar.find_element(By.CSS_SELECTOR, "input").send_keys(" ")
-        Select(bar.find_element(By.CSS_SELECTOR, "select")).select_by_value("differs")
-        self.assertEqual({v.split(" ", 1)[1] for v in column("verdict")}, {"differs"})
+        Select(bar.find_element(By.CSS_SELECTOR, "select")).select_by_value("finding")
+        self.assertEqual({v.split(" ", 1)[1] for v in column("verdict")}, {"finding"})
         overview = self.driver.find_element(By.CSS_SELECTOR, "table.overview")
         self.run_script("arguments[0].closest('.scroll').previousElementSibling.querySelector('input').value = 'reliability';"
                         "arguments[0].closest('.scroll').previousElementSibling.querySelector('input').dispatchEvent(new Event('input'))", overview)
@@ -277,7 +277,7 @@ class InTheBrowser(unittest.TestCase):
         self.assertEqual(paper(), dark)
         self.keep("dark")
         # text on paper: WCAG AA asks for 4.5 to 1
-        for element in ("body", ".small", ".verdict.agrees", ".verdict.differs", ".verdict.expected", ".verdict.undecided", "nav a"):
+        for element in ("body", ".small", ".verdict.agrees", ".verdict.differs", ".verdict.finding", ".verdict.undecided", "nav a"):
             for scheme in ("light", "dark"):
                 self.run_script("document.documentElement.dataset.theme = arguments[0]", scheme)
                 ratio = self.run_script("""

@@ -102,7 +102,7 @@ class Reading(unittest.TestCase):
         self.assertEqual(len(result.samples["realisations"]), 300)
         self.assertEqual(list(result.inputs["traj4"].columns)[0], "md_m")
         self.assertEqual(len(result.maps), 0)
-        self.assertEqual(repr(result.tables), "<answer, axes, ellipse, position_covariance, family>")
+        self.assertEqual(repr(result.tables), "<answer, axes, ellipse, position_covariance, warnings, family>")
 
     def test_map_has_coordinates_and_units(self):
         result = opened("reliability_map")

@@ -157,6 +157,7 @@ class Structure(unittest.TestCase):
                                  ("surveymc run a.toml --trials=50 --set verdict.margin=0.5 --set estimator.name=msa --quiet",
                                   " --trials 50 --set verdict.margin=0.5 --set estimator.name=msa"),
                                  ("surveymc run a.toml --set sensor.bias_nT=[250, -1.5, 0] -o a.h5", " --set 'sensor.bias_nT=[250, -1.5, 0]'"),
+                                 ("surveymc run a.toml -o a.h5 --set 'sensor.bias_nT=[250, 0]'", " --set 'sensor.bias_nT=[250, 0]'"),
                                  ("surveymc run --set title=\"a b\" a.toml", " --set 'title=\"a b\"'")):
             self.assertEqual(page.own_numbers(command), options)
         result = surveymc.open(os.path.join(SMOKE, "vertical_well.h5"))
@@ -202,7 +203,7 @@ class FirstScreen(unittest.TestCase):
 
     def test_a_result_begins_with_its_answer(self):
         for name in ("msa_sweep", "vertical_well", "reliability_map"):
-            result = surveymc.open(os.path.join(SMOKE, name + ".h5"))
+            result = surveymc.open(os.path.join(os.path.dirname(REPORT), "results", name + ".h5"))
             start = self.source.index(f'id="result-{name.replace("_", "-")}"')
             part = html.unescape(self.source[start:self.source.index("</article>", start)])
             places = [part.index(sentence) for sentence in result.answer]

@@ -39,7 +39,7 @@ TEST_CASE("An error model is chosen by name or by file; one model is one leg") {
   CHECK(read("[error_model]\nfile = 'tool.toml'").runs[0].model->terms.at(0).code == "A");
   CHECK_THROWS_WITH(
       read("error_model = 'iscwsa'"),
-      StartsWith("t.toml:3: error_model = \"iscwsa\": unknown error model: there are \"iscwsa_mwd_rev4\", "));
+      StartsWith("t.toml:3: error_model = \"iscwsa\": unknown error model: did you mean \"iscwsa_mwd_rev4\" or "));
   CHECK_THROWS_WITH(read(""), Contains("error_model.name: missing"));
   CHECK_THROWS_WITH(read("[error_model]\nname = 'iscwsa_mwd_rev4'\nfile = 'tool.toml'"),
                     StartsWith("t.toml:4: error_model.name = \"iscwsa_mwd_rev4\": must be \"tool.toml\""));

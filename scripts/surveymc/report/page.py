@@ -5,6 +5,7 @@ import json
 import math
 import os
 import re
+import shlex
 
 from .. import studies
 from ..plots import saving
@@ -147,13 +148,15 @@ def _explorers(result, frames, identity):
 def own_numbers(command):
     """Options of a stored command that replace keys of the config, as a shell takes them: " --seed 5 --set 'a=[1, 2]'".
 
-    The command is stored without quotes: a value goes on to the next option, or to a config that comes last.
+    Older programs stored the command without quotes: a value goes on to the next option, or to a config that comes last.
     """
     found = [*re.finditer(r" --(seed|trials)[ =](\S+)", command), *re.finditer(r" --(set)[ =](.+?)(?= --?[a-z]|$)", command)]
     has_config = re.search(r"\brun \S+\.toml", command)
     options = []
     for match in sorted(found, key=lambda m: m.start()):
         value = match[2] if has_config or match[1] != "set" else re.sub(r" \S+\.toml$", "", match[2])
+        if value[0] == "'":
+            value = shlex.split(value)[0]
         options.append(f" --{match[1]} {shell_word(value)}")
     return "".join(options)
 
