@@ -1,8 +1,11 @@
 #include "cli/print_result.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
 
 #include "base/units.h"
+#include "compare/answer.h"
 
 namespace surveymc::cli {
 namespace {
@@ -59,6 +62,24 @@ store::Table in_feet(store::Table table) {
   for (std::string& u : units)
     if (any && feet_per(u) > 0) u = u == "m" ? "ft" : "ft2";
   return table;
+}
+
+std::string in_feet(std::string sentence, const std::string& sources, const std::vector<store::Table>& tables) {
+  std::size_t at = 0;
+  for (std::size_t begin = 0; begin < sources.size();) {
+    const std::size_t end = std::min(sources.find("; ", begin), sources.size());
+    const double value = compare::number_at(tables, sources.substr(begin, end - begin));
+    begin = end + 2;
+    const std::string metres = compare::three_digits(value) + " m";
+    const std::size_t place = std::isfinite(value) ? sentence.find(metres, at) : std::string::npos;
+    if (place == std::string::npos) continue;
+    const std::size_t behind = place + metres.size();
+    if (behind < sentence.size() && std::isalnum(static_cast<unsigned char>(sentence[behind]))) continue;
+    const std::string feet = compare::three_digits(value / kFoot) + " ft";
+    sentence.replace(place, metres.size(), feet);
+    at = place + feet.size();
+  }
+  return sentence;
 }
 
 }  // namespace surveymc::cli

@@ -91,9 +91,14 @@ int report_verdicts(const store::Result& result, bool check, bool silent) {
 
 void say(const std::string& line) { fmt::print("{}\n", on_screen(printable_lines(line), STDOUT_FILENO, 4)); }
 
-std::vector<std::string> answer_of(const store::Result& result) {
-  for (const store::Table& t : result.tables)
-    if (t.name == compare::kAnswerTable) return std::get<std::vector<std::string>>(t.column("sentence").values);
+std::vector<std::string> answer_of(const store::Result& result, bool feet) {
+  for (const store::Table& t : result.tables) {
+    if (t.name != compare::kAnswerTable) continue;
+    auto sentences = std::get<std::vector<std::string>>(t.column("sentence").values);
+    for (std::size_t i = 0; feet && i < sentences.size(); ++i)
+      sentences[i] = in_feet(sentences[i], t.word("sources", i), result.tables);
+    return sentences;
+  }
   return {};
 }
 
@@ -126,7 +131,7 @@ int print_findings(const RunArguments& a, const store::Result& result, const std
     fmt::print("}}\n");
     return report_verdicts(result, a.check, true);
   }
-  for (const std::string& sentence : answer_of(result)) say(sentence);
+  for (const std::string& sentence : answer_of(result, a.units == "ft")) say(sentence);
   if (a.verbose) {
     fmt::print("\n");
     print_tables(result, path, a.units == "ft");

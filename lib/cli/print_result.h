@@ -17,8 +17,8 @@ void say(const std::string& line);
 /// --json all but the tables as one object, and nothing else. The exit code of the verdicts.
 int print_findings(const RunArguments& a, const store::Result& result, const std::string& path);
 
-/// The sentences of the table `answer`.
-std::vector<std::string> answer_of(const store::Result& result);
+/// The sentences of the table `answer`. `feet`: lengths in feet.
+std::vector<std::string> answer_of(const store::Result& result, bool feet = false);
 
 /// What a result is and what it has found, as members of a JSON object, without braces.
 std::string summary_json(const store::Result& result, const std::string& path);
@@ -28,5 +28,7 @@ std::string summary_json(const store::Result& result, const std::string& path);
 /// then end in _ft and _ft2; and in rows whose column `unit` says m or m2, the values "in the row's unit" with their
 /// intervals.
 store::Table in_feet(store::Table table);
+/// A sentence of an answer with lengths in feet, by its column `sources`.
+std::string in_feet(std::string sentence, const std::string& sources, const std::vector<store::Table>& tables);
 
 }  // namespace surveymc::cli

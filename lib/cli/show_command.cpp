@@ -132,7 +132,7 @@ std::string stacked(const store::Table& list, std::size_t screen) {
 
 void print_list(const ShowArguments& a, const store::Result& r) {
   print_heading(r);
-  const std::vector<std::string> answer = answer_of(r);
+  const std::vector<std::string> answer = answer_of(r, a.units == "ft");
   if (!answer.empty()) fmt::print("\n");
   for (const std::string& sentence : answer) say(sentence);
   store::Table list = list_of(r);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
 
 #include <fmt/format.h>
 
@@ -207,6 +208,19 @@ Rows Rows::at_point_of(const Rows& other) const {
              (std::isfinite(number_of(*c, wanted)) && number_of(*c, row) != number_of(*c, wanted));
     });
   return some;
+}
+
+double number_at(const std::vector<store::Table>& tables, const std::string& source) {
+  const std::size_t dot = source.find('.'), bracket = source.rfind('['), star = source.rfind(" * ");
+  if (dot == std::string::npos || bracket == std::string::npos || source.find(" / ") != std::string::npos) return kNaN;
+  for (const store::Table& t : tables) {
+    if (t.name != source.substr(0, dot)) continue;
+    const store::Column* c = t.find_column(source.substr(dot + 1, bracket - dot - 1));
+    const std::size_t row = std::strtoull(source.c_str() + bracket + 1, nullptr, 10);
+    const double factor = star == std::string::npos ? 1 : std::strtod(source.c_str() + star + 3, nullptr);
+    return c && t.is_held() && row < t.rows() ? number_of(*c, row) * factor : kNaN;
+  }
+  return kNaN;
 }
 
 // --- sentences --------------------------------------------------------------------------------------------------

@@ -99,6 +99,9 @@ class Rows {
   std::string conditions_ = {};  ///< "verdict = agrees and unit = m": these are the rows of which that is true
 };
 
+/// The number that a source of an answer names, of a cell times a factor; NaN of a source of another form.
+double number_at(const std::vector<store::Table>& tables, const std::string& source);
+
 /// The sentences of an answer.
 class Answer {
  public:

@@ -22,7 +22,7 @@ def _hint(path):
     path = os.fspath(path)
     if path.endswith(".toml"):
         return "; a config has its result by: surveymc run"
-    return "; the parts of a run become a result by: surveymc merge" if path.endswith(".part") else ""
+    return "; the parts of a run become a result by: surveymc merge" if os.path.splitext(path)[1][1:] == "part" else ""
 
 
 class ResultError(Exception):

@@ -140,7 +140,7 @@ class Tables(CovarianceCase):
         return header, {(float(r[0]), r[1]): dict(zip(header, (float(x or "nan") if i != 1 else x for i, x in enumerate(r)))) for r in rows}
 
     def test_the_last_station_is_printed(self):
-        printed = self.call("run", "base.toml", "-o", "out.h5").stdout
+        printed = self.call("run", "base.toml", "-o", "out.h5", "--verbose").stdout
         path = self.folder / "out.h5"
         header, rows = self.uncertainty(path)
         self.assertEqual(header, ["md_m", "quantity", "sd_m", "sigma2_m", "azimuth_deg"])
@@ -154,7 +154,7 @@ class Tables(CovarianceCase):
         azimuth = column(path, "tables/covariance", "major_azimuth_deg")[-1]
         self.assertEqual(rows[150, "semi_major"]["azimuth_deg"], azimuth)
         self.assertAlmostEqual(rows[150, "semi_minor"]["azimuth_deg"], (azimuth + 90) % 180, delta=1e-12)
-        feet = self.call("run", "base.toml", "-o", "feet.h5", "--units", "ft").stdout
+        feet = self.call("run", "base.toml", "-o", "feet.h5", "--units", "ft", "--verbose").stdout
         self.assertRegex(feet, rf"(?m)^492\.126  north +{rows[150, 'north']['sd_m'] / 0.3048:.6g} ")
         self.assertRegex(feet, r"(?m)^ +md_ft +quantity +sd_ft +sigma2_ft")
 

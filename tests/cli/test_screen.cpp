@@ -53,6 +53,14 @@ TEST_CASE("The summary tells findings from what differs, and says what is not as
   CHECK(summary({"undecided"}, {"agrees"}) == "1 undecided; 1 not as expected (undecided)");
 }
 
+TEST_CASE("An answer in feet: the lengths that its sources name, and nothing else") {
+  const std::vector<store::Table> tables{
+      {"t", "", {{"md_m", "m", "", Numbers{304.8, 3.048}}, {"share", "1", "", Numbers{0.1, 0.2}}}}};
+  CHECK(in_feet("At 305 m: 6.1 m of 20 %, 3.05 mm.", "t.md_m[0]; t.md_m[1] * 2; t.share[1] * 100; t.md_m[1]", tables) ==
+        "At 1000 ft: 20 ft of 20 %, 3.05 mm.");
+  CHECK(in_feet("3 of 4 m.", "count t; count t where x = y", tables) == "3 of 4 m.");
+}
+
 TEST_CASE("Feet: lengths and areas by column and by the row's unit, and nothing else") {
   const store::Table feet = in_feet({"t",
                                      "",

@@ -70,7 +70,7 @@ def faults_of(path):
         for sentence, sources in zip(table["sentence"].asstr()[()], table["sources"].asstr()[()]):
             named = [s for s in sources.split("; ") if s]
             words = re.sub(r'"[^"]*"', "", sentence)
-            for name in sorted({w for t in file["tables"].values() for c in t.values()
+            for name in sorted({w for name, t in file["tables"].items() if name not in ("answer", "warnings") for c in t.values()
                                 if h5py.check_string_dtype(c.dtype) for w in c.asstr()[()][:20000]}, key=len, reverse=True):
                 if re.search(r"\d", name) and re.search(r"[A-Za-z]", name) and name != sentence and name in words:
                     words = words.replace(name, "")  # a name with a number in it

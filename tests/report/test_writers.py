@@ -302,7 +302,7 @@ class Writing(Case):
             text = path.read_text()
             if path.name in ("whole_file.py", "streams.py", "scale_plan.py"):
                 continue
-            for words in ('"w"', '"wb"', "os.replace(", "os.rename(", ".part\")", "write_text(", "write_bytes("):
+            for words in ('"w"', '"wb"', "os.replace(", "os.rename(", ".part\"", "write_text(", "write_bytes("):
                 left = text.replace('os.fdopen(handle, "wb")', "") if path.name == "program.py" else text  # mkstemp
                 self.assertFalse(words in left, f"{path.name}: {words}")
             self.assertTrue("savefig(" not in text or path.name == "saving.py", path.name)

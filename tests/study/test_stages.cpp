@@ -274,7 +274,8 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
   CHECK(part.pieces[5].failure.empty());
   files.add(run_part(open_run(failing, large_sweep(1, kLarge)), {checkpoint::PointRange{6, kLarge, 1}}, {}, {}));
   const store::Result r = merged(open_run(failing, large_sweep(1, kLarge)), files);
-  REQUIRE(r.tables.size() == 2);
+  REQUIRE(r.tables.size() == 3);
+  CHECK(r.tables[2].name == "warnings");
   CHECK(r.tables[0].rows() == kLarge - 3);
   const store::Table& failed = r.tables[1];
   CHECK(failed.name == "failed_points");
