@@ -12,16 +12,19 @@ void answer(compare::Answer& answer, const store::Result& result) {
     answer.say("No pair of wells has a separation factor: there is no covariance, or nothing stands opposite.");
     return;
   }
-  answer.say("The least separation factor is {} at {}, {} from {}, by errors taken as {}{}: the rule is {}.",
+  answer.say("The least separation factor is {} at {}, {} from {}, with {} errors{}: the rule is {}.",
              {least.figure("continuous"), least.figure("ref_md_m"), least.figure("distance_m"), least.word("offset"),
               least.word("formulation"), least.point(), least.word("rule")});
-  const Rows same_pair = factors.where("offset", least.word("offset"));
+  const Rows nearest = Rows(result.tables, "least").where("quantity", "distance").at_least("continuous");
+  if (!nearest.empty())
+    answer.say("The wells come as near as {}, at {}, to {}.",
+               {nearest.figure("continuous"), nearest.figure("ref_md_m"), nearest.word("offset")});
+  const Rows same_pair = factors.where("offset", least.word("offset")).at_point_of(least);
   const Rows mildest = same_pair.at_largest("continuous");
-  if (same_pair.words("formulation").size() > 1)
-    answer.say("What the wells share decides how much: the factor is up to {} with errors taken as {}.",
+  constexpr double kSame = 1.005;  // the same three digits, nearly
+  if (mildest.number("continuous") > kSame * least.number("continuous"))
+    answer.say("What the wells share decides how much: the factor is {} with {} errors.",
                {mildest.figure("continuous"), mildest.word("formulation")});
-  const Rows broken = factors.where("rule", "broken");
-  if (!broken.empty()) answer.say("{} of {} least factors break the rule.", {broken.count(), factors.count()});
   answer.say_verdicts(Rows(result.tables, "relative_position"), "spreads of the relative position");
 }
 

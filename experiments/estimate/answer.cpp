@@ -7,23 +7,48 @@ namespace surveymc::studies::estimate {
 
 using compare::Rows;
 
+namespace {
+
+/// A reading is blamed only where the others fit without its station.
+void say_suspect(compare::Answer& answer, const store::Result& result) {
+  const Rows suspect = Rows(result.tables, "suspect_readings").where("judgement", "most likely").first();
+  if (suspect.empty()) return;
+  const Rows without = Rows(result.tables, "without_suspect").first();
+  const Rows test = Rows(result.tables, "tests").where("test", "variance_factor").last();
+  const double s0 = without.number("s0");
+  if (s0 * s0 <= test.number("critical_high"))
+    answer.say("The reading {} at {}{} is most likely wrong, by {}.",
+               {suspect.word("reading"), suspect.figure("md_m"), suspect.point(), suspect.figure("error")});
+  else
+    answer.say("Readings and reference do not fit together{}, and no single reading explains it.", {suspect.point()});
+}
+
+}  // namespace
+
 void answer(compare::Answer& answer, const store::Result& result) {
   const Rows stations = Rows(result.tables, "stations").with("sd_azimuth_deg");
   const Rows last = stations.last();
   const Rows corrected = stations.at_largest("azimuth_change_deg", [](double x) { return std::abs(x); });
   if (!last.empty())
-    answer.say("At {}{} the azimuth is {} from magnetic north, with an sd of {}.",
-               {last.figure("md_m"), last.point(), last.figure("azimuth_magnetic_deg"), last.figure("sd_azimuth_deg")});
+    answer.say("At {}{} the azimuth is {} from magnetic north and {} from true north, with an sd of {}.",
+               {last.figure("md_m"), last.point(), last.figure("azimuth_magnetic_deg").with_decimals(2),
+                last.figure("azimuth_true_deg").with_decimals(2), last.figure("sd_azimuth_deg")});
+  const Rows parameters = Rows(result.tables, "parameters").at_point_of(Rows(result.tables, "parameters").last());
+  const Rows x = parameters.where("quantity", "bias_x_nT"), y = parameters.where("quantity", "bias_y_nT"),
+             z = parameters.where("quantity", "bias_z_nT");
+  const auto bias = [](const Rows& of) {
+    return compare::Phrase("{} (sd {})", {of.figure("estimate").with_unit("nT"), of.figure("sd").with_unit("")});
+  };
+  if (!x.empty() && !y.empty() && !z.empty())
+    answer.say("The magnetometer biases{} are {} in x, {} in y and {} in z.", {x.point(), bias(x), bias(y), bias(z)});
   const double sign = corrected.number("azimuth_change_deg") < 0 ? -1 : 1;
   if (!corrected.empty())
     answer.say("The correction turns the azimuth by at most {}, at {}{}.",
                {corrected.figure("azimuth_change_deg").times(sign), corrected.figure("md_m"), corrected.point()});
-  const Rows tests(result.tables, "tests"), rejected = tests.where("decision", "rejected");
-  if (!tests.empty()) answer.say("{} of {} tests of the readings reject.", {rejected.count(), tests.count()});
-  const Rows suspect = Rows(result.tables, "suspect_readings").where("judgement", "most likely").first();
-  if (!suspect.empty())
-    answer.say("The reading {} at {}{} is most likely wrong, by {}.",
-               {suspect.word("reading"), suspect.figure("md_m"), suspect.point(), suspect.figure("error")});
+  const Rows tests = Rows(result.tables, "tests").without("test", "perfect_tool");
+  if (!tests.empty())
+    answer.say("{} of {} tests of the readings reject.", {tests.where("decision", "rejected").count(), tests.count()});
+  say_suspect(answer, result);
 }
 
 }  // namespace surveymc::studies::estimate

@@ -112,6 +112,12 @@ void log_remarks(const config::Config& config) {
     line.starts_with("warning: ") ? log_warning(line) : log_info(line);
 }
 
+void log_warnings(const config::Config& config) {
+  std::vector<std::string> lines;
+  add_lines(lines, config, true);
+  for (const std::string& line : lines) log_warning(line.starts_with("warning: ") ? line.substr(9) : line);
+}
+
 void log_notes(const config::Config& config) {
   std::vector<std::string> lines;
   add_lines(lines, config, false);

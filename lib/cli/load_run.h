@@ -30,6 +30,8 @@ inline constexpr std::size_t kMostRemarks = 8;
 std::vector<std::string> remark_lines(const config::Config& config);
 /// Says them in the log.
 void log_remarks(const config::Config& config);
+/// The warnings alone.
+void log_warnings(const config::Config& config);
 /// The same of a run whose result will have the warnings: notes, and how many warnings there are.
 void log_notes(const config::Config& config);
 

@@ -170,6 +170,7 @@ int run_config(const RunArguments& a, const std::string& command) {
     log_large_result(result, effort.elapsed, output.string());
     renamed = write_result_file(a, output, result);
   } catch (...) {
+    log_warnings(plan.config);  // no result has them
     kept.rethrow();
   }
   kept.remove();

@@ -16,6 +16,8 @@
 #include "cli/screen.h"
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
+#include "compare/answer.h"
+#include "compare/warnings.h"
 #include "config/suggest.h"
 #include "store/json.h"
 #include "store/result_file.h"
@@ -135,6 +137,10 @@ void print_list(const ShowArguments& a, const store::Result& r) {
   const std::vector<std::string> answer = answer_of(r, a.units == "ft");
   if (!answer.empty()) fmt::print("\n");
   for (const std::string& sentence : answer) say(sentence);
+  const compare::Rows warnings = compare::Rows(r.tables, compare::kWarningsTable).without("severity", "info");
+  if (!warnings.empty())
+    say(fmt::format("{}: surveymc show {} {}", counted(warnings.size(), "warning"), shell_word(a.file),
+                    compare::kWarningsTable));
   store::Table list = list_of(r);
   store::TableFormat format = readable_format(a);
   const std::size_t screen = format.fold ? format.width : kNoLimit;

@@ -23,7 +23,20 @@ Figure Figure::percent() const {
   return f;
 }
 
-Phrase::Phrase(const Figure& f) : text(three_digits(f.value)), sources{f.source} {
+Figure Figure::with_unit(const std::string& of_number) const {
+  Figure f = *this;
+  f.unit = of_number;
+  return f;
+}
+
+Figure Figure::with_decimals(int count) const {
+  Figure f = *this;
+  f.decimals = count;
+  return f;
+}
+
+Phrase::Phrase(const Figure& f)
+    : text(f.decimals < 0 ? three_digits(f.value) : fmt::format("{:.{}f}", f.value, f.decimals)), sources{f.source} {
   if (!f.unit.empty() && f.unit != "1") text += " " + f.unit;
 }
 
@@ -290,14 +303,29 @@ void Answer::say_verdicts(const Rows& all, const std::string& what, const std::s
   if (!known.empty()) say("A finding: {} {} of formulations known to be wrong differ.", {known.count(), what});
 }
 
+void Answer::say_failures(const std::vector<store::Table>& tables) {
+  Rows worst(tables, "");
+  for (const store::Table& t : tables) {
+    const Rows failed = Rows(tables, t.name).at_largest("failed");
+    if (failed.has("trials") && failed.number("failed") > 0 &&
+        (worst.empty() || failed.number("failed") > worst.number("failed")))
+      worst = failed;
+  }
+  if (!worst.empty())
+    say("{} of {} trials failed{}: these numbers are of the others.",
+        {worst.figure("failed"), worst.figure("trials"), worst.point()});
+}
+
 void Answer::say_formulations(const Rows& all, const std::string& what) {
   const Rows rows = all.without("verdict", "");
   if (rows.empty()) return;
   Phrase list("");
   for (const std::string& name : rows.words("formulation")) {
     const Rows own = rows.where("formulation", name);
-    list = Phrase(list.text.empty() ? "{}{} in {} of {}" : "{}, {} in {} of {}",
-                  {list, name.empty() ? "the prediction" : name, own.where("verdict", "agrees").count(), own.count()});
+    const Rows undecided = own.where("verdict", "undecided");
+    list = Phrase(list.text.empty() ? "{}{} in {} of {}{}" : "{}, {} in {} of {}{}",
+                  {list, name.empty() ? "the prediction" : name, own.where("verdict", "agrees").count(), own.count(),
+                   undecided.empty() ? Phrase("") : Phrase(" ({} undecided)", {undecided.count()})});
   }
   const Rows known = known_to_differ(rows);
   say("Predictions of {} agree with Monte Carlo{} by formulation: {}{}.",

@@ -25,10 +25,13 @@ struct Figure {
   double value = kNaN;
   std::string unit = {};  ///< what stands behind the number; "" for a pure number
   std::string source = {};
+  int decimals = -1;  ///< -1: three digits
 
   Figure times(double factor) const;
   Figure over(const Figure& other) const;  ///< a pure number
   Figure percent() const;                  ///< of a share or a ratio
+  Figure with_unit(const std::string& of_number) const;
+  Figure with_decimals(int count) const;  ///< in place of three digits: of an angle, which is a place on a circle
 };
 
 /// Words of a sentence, and the sources of the numbers in them, in their order.
@@ -112,6 +115,9 @@ class Answer {
   /// agree within 2 %." `what`: the plural of what is compared. Rows that are expected to differ are a finding of their
   /// own. Says nothing without verdicts.
   void say_verdicts(const Rows& rows, const std::string& what, const std::string& subject = "The prediction");
+
+  /// Says how many trials failed, where some table has a row without them.
+  void say_failures(const std::vector<store::Table>& tables);
 
   /// Says in one sentence how many of these rows agree with each formulation. Says nothing without verdicts.
   void say_formulations(const Rows& rows, const std::string& what);

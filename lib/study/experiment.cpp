@@ -436,7 +436,10 @@ store::Result result_without_tables(const RunPlan& run) {
 
 void add_answer(const Experiment& experiment, store::Result& result) {
   compare::Answer answer;
+  const compare::Rows severe = compare::Rows(result.tables, compare::kWarningsTable).where("severity", "severe");
+  if (!severe.empty()) answer.say("Read the severe warnings first ({}): these numbers may not hold.", {severe.count()});
   if (experiment.answer) experiment.answer(answer, result);
+  answer.say_failures(result.tables);
   if (!answer.empty()) result.tables.insert(result.tables.begin(), answer.table());
 }
 

@@ -11,6 +11,7 @@ import tempfile
 
 import h5py
 
+LONGEST_S = 120  # for a config, with few trials
 NUMBER = re.compile(r"(?<![\w.+/-])-?(?:\d+(?:\.\d+)?(?:e-?\d+)?|infinite)(?![\w/-]|\.\d)")
 CELL = re.compile(r"(?P<table>\w+)\.(?P<column>.+)\[(?P<row>\d+)\]")
 COUNT = re.compile(r"count (?P<table>\w+)(?: where (?P<conditions>.*))?")
@@ -91,7 +92,11 @@ def results_of_every_config(program, configs, folder):
             continue
         result = pathlib.Path(folder) / f"{config.parent.name}_{config.stem}.h5"
         few = ["--trials", "600"] if re.search(r"(?m)^trials *=", config.read_text()) else []
-        done = subprocess.run([program, "run", config, "-o", result, "-q", *few], capture_output=True, text=True)
+        try:
+            done = subprocess.run([program, "run", config, "-o", result, "-q", *few], capture_output=True, text=True, timeout=LONGEST_S)
+        except subprocess.TimeoutExpired:
+            print(f"{config}: left out: takes more than {LONGEST_S} s with few trials")
+            continue
         if done.returncode:
             print(f"{config}: {done.stderr.strip()}")  # says why: some configs want more trials
         else:
