@@ -84,8 +84,11 @@ std::string word_of(const store::Column& c, std::size_t row) {
 }  // namespace
 
 Rows::Rows(const std::vector<store::Table>& tables, std::string_view name) {
-  for (const store::Table& t : tables)
-    if (t.name == name && t.is_held()) table_ = &t;
+  for (const store::Table& t : tables) {
+    if (t.name != name) continue;
+    if (!t.is_held()) throw LongTable{{static_cast<double>(t.rows()), "", "count " + t.name}, t.name};
+    table_ = &t;
+  }
   if (!table_) return;
   for (std::size_t i = 0; i < table_->rows(); ++i) rows_.push_back(i);
 }
@@ -306,6 +309,7 @@ void Answer::say_verdicts(const Rows& all, const std::string& what, const std::s
 void Answer::say_failures(const std::vector<store::Table>& tables) {
   Rows worst(tables, "");
   for (const store::Table& t : tables) {
+    if (!t.is_held()) continue;
     const Rows failed = Rows(tables, t.name).at_largest("failed");
     if (failed.has("trials") && failed.number("failed") > 0 &&
         (worst.empty() || failed.number("failed") > worst.number("failed")))

@@ -49,10 +49,16 @@ struct Phrase {
 /// Three significant digits, and all digits before the decimal point: "0.0912", "1.94", "2514", "3.1e-12".
 std::string three_digits(double value);
 
+/// A table that is too long to be held in memory: no sentence is made of its cells.
+struct LongTable {
+  Figure rows;
+  std::string name;
+};
+
 /// Some rows of one table, in its order.
 class Rows {
  public:
-  /// All rows of the table of this name. None if there is no such table, or if it is too long to be held in memory.
+  /// All rows of the table of this name; none if there is no such table. Throws LongTable.
   Rows(const std::vector<store::Table>& tables, std::string_view name);
 
   /// Those with this word in a column, and the others. Without such a column: none, and all.

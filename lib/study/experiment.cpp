@@ -438,7 +438,11 @@ void add_answer(const Experiment& experiment, store::Result& result) {
   compare::Answer answer;
   const compare::Rows severe = compare::Rows(result.tables, compare::kWarningsTable).where("severity", "severe");
   if (!severe.empty()) answer.say("Read the severe warnings first ({}): these numbers may not hold.", {severe.count()});
-  if (experiment.answer) experiment.answer(answer, result);
+  try {
+    if (experiment.answer) experiment.answer(answer, result);
+  } catch (const compare::LongTable& t) {
+    answer.say("Table {} has {} rows, too many for a sentence: surveymc show prints them.", {t.name, t.rows});
+  }
   answer.say_failures(result.tables);
   if (!answer.empty()) result.tables.insert(result.tables.begin(), answer.table());
 }

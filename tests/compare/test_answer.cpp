@@ -107,3 +107,14 @@ TEST_CASE("Formulations side by side") {
         Words{"Predictions of the value agree with Monte Carlo within 2 to 5 % by formulation: joint "
               "in 2 of 2, random in 1 of 2; 1 are known to differ."});
 }
+
+TEST_CASE("A table that waits on the disk makes no sentence, and is not taken for an empty one") {
+  store::Table many{"many", "", {{"x", "1", "", Numbers{}}}};
+  for (int i = 0; i < 100 && many.is_held(); ++i)
+    store::append_rows(many, {"many", "", {{"x", "1", "", Numbers(100'000, 1.0)}}});
+  REQUIRE(!many.is_held());
+  CHECK_THROWS_AS(Rows({many}, "many"), LongTable);
+  Answer answer;
+  answer.say_failures({many});
+  CHECK(answer.empty());
+}
