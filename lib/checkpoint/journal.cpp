@@ -28,7 +28,7 @@ constexpr std::uint64_t kIsResult = std::uint64_t{1} << 63;  // beside the numbe
 // The last character is the version of the format.
 constexpr std::string_view kJournalMark = "SMCJRNL1", kAnyJournalMark = "SMCJRNL";
 
-std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + ".journal."; }
+std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + kJournalInfix; }
 
 /// "<output>.journal.<host>.<pid>", as a writer names its journal.
 bool has_our_name(const fs::path& path) {

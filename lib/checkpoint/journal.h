@@ -18,6 +18,9 @@
 
 namespace surveymc::checkpoint {
 
+/// Between the name of an output and that of the run, in the name of a journal.
+inline constexpr const char* kJournalInfix = ".journal.";
+
 /// Finished subtrees of every sweep point; they may be nested (disjoint_subtrees()).
 using FinishedBlocks = std::map<std::uint64_t, std::vector<montecarlo::Subtree>>;
 

@@ -13,21 +13,17 @@
 #include <fmt/ranges.h>
 
 #include "base/shell_word.h"
+#include "base/small_letters.h"
+#include "checkpoint/journal.h"
 #include "checkpoint/part_file.h"
 #include "cli/exit_codes.h"
+#include "store/result_file.h"
 #include "store/table.h"
 
 namespace surveymc::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kJournal = ".journal.", kHdf5Signature = "\x89HDF\r\n\x1a\n";
-
-std::string lower(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
 
 bool has_any(const std::string& text, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(), [&](const char* w) { return text.find(w) != std::string::npos; });
@@ -67,7 +63,7 @@ FileKind kind_of_toml(const std::vector<std::string>& lines) {
 }
 
 FileKind kind_of_rows(const std::string& header, const std::string& ending) {
-  const std::string names = lower(header);
+  const std::string names = small_letters(header);
   if (has_any(names, {"gx_", "bx_"})) return FileKind::readings;
   if (has_any(names, {"timestamp", "time_s", "time_min", "time_h"})) return FileKind::gauges;
   if (has_any(names, {"inc", "azi"})) return FileKind::survey;
@@ -118,7 +114,8 @@ std::vector<std::string> commands_for(const std::string& path, FileKind kind) {
     case FileKind::part:
       return {"status " + folder_of(path), fmt::format("merge {} -o result.h5", folder_of(path))};
     case FileKind::journal:
-      return {fmt::format("run CONFIG --resume -o {}", shell_word(path.substr(0, path.rfind(kJournal))))};
+      return {
+          fmt::format("run CONFIG --resume -o {}", shell_word(path.substr(0, path.rfind(checkpoint::kJournalInfix))))};
     case FileKind::survey:
       return {"new position_covariance -o well.toml", "run well.toml --set survey.file=" + file};
     case FileKind::readings:
@@ -137,10 +134,10 @@ FileKind kind_of_file(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return FileKind::unknown;
   const fs::path name = fs::path(path).filename();
-  if (name.string().find(kJournal) != std::string::npos) return FileKind::journal;
+  if (name.string().find(checkpoint::kJournalInfix) != std::string::npos) return FileKind::journal;
   if (checkpoint::has_part_mark(path)) return FileKind::part;
-  const std::string head = head_of(path), ending = lower(name.extension().string());
-  if (head.starts_with(kHdf5Signature)) return FileKind::result;
+  const std::string head = head_of(path), ending = small_letters(name.extension().string());
+  if (head.starts_with(store::kHdf5Signature)) return FileKind::result;
   const std::vector<std::string> lines = lines_of(head);
   const bool is_text = head.find('\0') == std::string::npos;
   if (lines.empty() || (!is_text && ending != ".xlsx")) return FileKind::unknown;

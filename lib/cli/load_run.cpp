@@ -38,10 +38,6 @@ config::Config config_with_changes(const RunArguments& a) {
   return config::Config::load(a.config, overrides);
 }
 
-}  // namespace
-
-namespace {
-
 /// All that is wrong with a config, in a line each; `first` is what has ended its reading.
 [[noreturn]] void refuse_config(const RunArguments& a, const study::Experiment& experiment, const std::string& first) {
   config::KeyTypes types;
@@ -75,7 +71,7 @@ study::RunPlan open_config(const RunArguments& a) {
 }
 
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
-                          const store::Result& stored, const std::string& folder) {
+                          const store::Result& stored, const std::string& folder, int threads) {
   config::StoredInputs in;
   try {
     in = stored_inputs(stored);
@@ -85,43 +81,41 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
   config::Config config = config::Config::from_text(stored.provenance.config, file, std::move(in.tables),
                                                     std::move(in.texts), std::move(in.references), folder);
   const study::Experiment& experiment = find_experiment(studies, config);
-  return study::read_run(experiment, std::move(config), stop_flag());
+  return study::read_run(experiment, std::move(config), stop_flag(), threads);
 }
 
 namespace {
 
 /// The first remarks of one kind, and of more how many.
-void add_lines(std::vector<std::string>& lines, const config::Config& config, bool warnings) {
+std::vector<std::string> lines_of(const config::Config& config, bool warnings) {
+  std::vector<std::string> lines;
   std::size_t count = 0;
   const char* kind = warnings ? "warning: " : "";
   for (const config::Remark& r : config.remarks())
     if (r.is_warning == warnings && ++count <= kMostRemarks) lines.push_back(kind + r.text());
   if (count > kMostRemarks) lines.push_back(fmt::format("{}and {} more of this kind", kind, count - kMostRemarks));
+  return lines;
 }
 
 }  // namespace
 
 std::vector<std::string> remark_lines(const config::Config& config) {
-  std::vector<std::string> lines;
-  for (const bool warnings : {false, true}) add_lines(lines, config, warnings);
+  std::vector<std::string> lines = lines_of(config, false);
+  for (std::string& line : lines_of(config, true)) lines.push_back(std::move(line));
   return lines;
 }
 
 void log_remarks(const config::Config& config) {
-  for (const std::string& line : remark_lines(config))
-    line.starts_with("warning: ") ? log_warning(line) : log_info(line);
+  for (const std::string& line : lines_of(config, false)) log_info(line);
+  log_warnings(config);
 }
 
 void log_warnings(const config::Config& config) {
-  std::vector<std::string> lines;
-  add_lines(lines, config, true);
-  for (const std::string& line : lines) log_warning(line.starts_with("warning: ") ? line.substr(9) : line);
+  for (const std::string& line : lines_of(config, true)) log_warning(line);
 }
 
 void log_notes(const config::Config& config) {
-  std::vector<std::string> lines;
-  add_lines(lines, config, false);
-  for (const std::string& line : lines) log_info(line);
+  for (const std::string& line : lines_of(config, false)) log_info(line);
   const std::vector<config::Remark> all = config.remarks();
   const auto warnings = std::count_if(all.begin(), all.end(), [](const config::Remark& r) { return r.is_warning; });
   if (warnings > 0)

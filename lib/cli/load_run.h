@@ -17,9 +17,9 @@ study::RunPlan load(const RunArguments& a);
 study::RunPlan open_config(const RunArguments& a);
 
 /// The run that made the result `stored`, read from `file`. `folder`: the folder of the config, which has the files
-/// that were too large to be stored.
+/// that were too large to be stored. `threads` read its points; 0: as many as there are.
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
-                          const store::Result& stored, const std::string& folder);
+                          const store::Result& stored, const std::string& folder, int threads = 0);
 
 /// The input files that a result stores beside its config, in the form that the config reader takes.
 config::StoredInputs stored_inputs(const store::Result& result);

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <span>
 #include <string_view>
 #include <system_error>
@@ -15,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
+#include "base/small_letters.h"
 #include "store/table.h"
 
 namespace surveymc::cli {
@@ -84,8 +84,7 @@ std::string fault_of_input_name(const std::string& name) {
   if (fs::path(name).is_absolute()) return "its name is absolute";
   for (const fs::path& part : fs::path(name))
     if (part.empty() || part.native().front() == '.') return "a part of its name is empty or begins with a dot";
-  std::string ending = fs::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = small_letters(fs::path(name).extension().string());
   if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end())
     return fmt::format("its name does not end as that of an input ({})", fmt::join(kEndings, " "));
   return "";

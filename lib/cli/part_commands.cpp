@@ -450,7 +450,7 @@ int status_of(const std::string& folder) {
   }
   if (runs.empty()) say(fmt::format("no part files in {}", folder));
   if (damaged > 0) fmt::print("{}\n", counted(damaged, "damaged or foreign part file"));
-  for (const fs::path& path : files_with(folder, ".journal."))
+  for (const fs::path& path : files_with(folder, checkpoint::kJournalInfix))
     say(fmt::format("unfinished: {} ({} bytes)", path.string(), fs::file_size(path, error)));
   return kDone;
 }

@@ -40,8 +40,8 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
       const bool part = line.command == Command::run && is_part(line.arguments);
       if (line.command == Command::run) run.emplace(part ? open_config(line.arguments) : load(line.arguments));
       if (line.command == Command::rerun)
-        run.emplace(
-            read_rerun(studies, line.file, store::read_result(line.file), line.inputs.empty() ? "." : line.inputs));
+        run.emplace(read_rerun(studies, line.file, store::read_result(line.file),
+                               line.inputs.empty() ? "." : line.inputs, line.arguments.threads));
       if (part) study::read_points(*run, part_choice(line.arguments, *run), stop_flag());
       if (run) key = run_key(*run, part);
     }

@@ -189,7 +189,7 @@ int rerun_result(const std::string& file, const std::string& folder, const RunAr
   catch_signals();
   const EndsBySignal ends;  // nothing is written
   const store::Result stored = store::read_result(file);
-  const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
+  const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder, a.threads);
   Effort effort;
   const store::Result again = compute(a, plan, command, effort);
   const std::string before = store::stored_content_hash(file), now = store::content_hash(again);

@@ -16,7 +16,6 @@
 #include "cli/screen.h"
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
-#include "compare/answer.h"
 #include "compare/warnings.h"
 #include "config/suggest.h"
 #include "store/json.h"
@@ -137,9 +136,12 @@ void print_list(const ShowArguments& a, const store::Result& r) {
   const std::vector<std::string> answer = answer_of(r, a.units == "ft");
   if (!answer.empty()) fmt::print("\n");
   for (const std::string& sentence : answer) say(sentence);
-  const compare::Rows warnings = compare::Rows(r.tables, compare::kWarningsTable).without("severity", "info");
-  if (!warnings.empty())
-    say(fmt::format("{}: surveymc show {} {}", counted(warnings.size(), "warning"), shell_word(a.file),
+  std::size_t warnings = 0;
+  for (const store::Table& t : r.tables)
+    if (t.name == compare::kWarningsTable)
+      for (const compare::Warning& w : compare::warnings_of(t)) warnings += w.severity != "info";
+  if (warnings > 0)
+    say(fmt::format("{}: surveymc show {} {}", counted(warnings, "warning"), shell_word(a.file),
                     compare::kWarningsTable));
   store::Table list = list_of(r);
   store::TableFormat format = readable_format(a);

@@ -1,9 +1,9 @@
 #include "compare/answer.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -13,8 +13,6 @@
 namespace surveymc::compare {
 
 Figure Figure::times(double factor) const { return {value * factor, unit, fmt::format("{} * {}", source, factor)}; }
-
-Figure Figure::over(const Figure& other) const { return {value / other.value, "", source + " / " + other.source}; }
 
 Figure Figure::percent() const {
   constexpr double kPercent = 100;
@@ -43,12 +41,12 @@ Phrase::Phrase(const Figure& f)
 Phrase::Phrase(std::string_view pattern, std::initializer_list<Phrase> parts) {
   for (const Phrase& part : parts) {
     const std::size_t place = pattern.find("{}");
-    assert(place != std::string_view::npos);
+    if (place == std::string_view::npos) throw std::logic_error("more parts than places in a sentence");
     text += std::string(pattern.substr(0, place)) + part.text;
     sources.insert(sources.end(), part.sources.begin(), part.sources.end());
     pattern.remove_prefix(place + 2);
   }
-  assert(pattern.find("{}") == std::string_view::npos);
+  if (pattern.find("{}") != std::string_view::npos) throw std::logic_error("fewer parts than places in a sentence");
   text += pattern;
 }
 
@@ -228,7 +226,7 @@ Rows Rows::at_point_of(const Rows& other) const {
 
 double number_at(const std::vector<store::Table>& tables, const std::string& source) {
   const std::size_t dot = source.find('.'), bracket = source.rfind('['), star = source.rfind(" * ");
-  if (dot == std::string::npos || bracket == std::string::npos || source.find(" / ") != std::string::npos) return kNaN;
+  if (dot == std::string::npos || bracket == std::string::npos) return kNaN;
   for (const store::Table& t : tables) {
     if (t.name != source.substr(0, dot)) continue;
     const store::Column* c = t.find_column(source.substr(dot + 1, bracket - dot - 1));

@@ -20,7 +20,7 @@ inline constexpr const char* kAnswerTable = "answer";
 ///   count TABLE                                    the number of its rows
 ///   count TABLE where COLUMN = WORD and ...        the number of these rows; also COLUMN != WORD, COLUMN finite,
 ///                                                  COLUMN in LOW..HIGH
-/// with " * NUMBER" or " / SOURCE" behind it.
+/// with " * NUMBER" behind it.
 struct Figure {
   double value = kNaN;
   std::string unit = {};  ///< what stands behind the number; "" for a pure number
@@ -28,8 +28,7 @@ struct Figure {
   int decimals = -1;  ///< -1: three digits
 
   Figure times(double factor) const;
-  Figure over(const Figure& other) const;  ///< a pure number
-  Figure percent() const;                  ///< of a share or a ratio
+  Figure percent() const;  ///< of a share or a ratio
   Figure with_unit(const std::string& of_number) const;
   Figure with_decimals(int count) const;  ///< in place of three digits: of an angle, which is a place on a circle
 };
@@ -42,7 +41,8 @@ struct Phrase {
   Phrase(std::string words) : text(std::move(words)) {}
   Phrase(const char* words) : text(words) {}
   Phrase(const Figure& figure);
-  /// `pattern` with the parts in place of its "{}", of which there are as many (asserted).
+  /// `pattern` with the parts in place of its "{}", of which there are as many. Throws
+  /// std::logic_error.
   Phrase(std::string_view pattern, std::initializer_list<Phrase> parts);
 };
 

@@ -6,20 +6,14 @@
 #include <fmt/format.h>
 
 #include "compare/table_rows.h"
+#include "config/config.h"
 
 namespace surveymc::compare {
 
 static constexpr std::uint64_t kNoPoint = std::numeric_limits<std::uint64_t>::max();
 
 std::string in_words(const Warning& w) {
-  std::string out = w.severity;
-  const auto add = [&](const char* between, const std::string& more) {
-    if (!more.empty()) out += between + more;
-  };
-  add(": ", w.place);
-  add(w.place.empty() || w.value.find(" = ") != std::string::npos ? ": " : " = ", w.value);
-  add(": ", w.message);
-  add("; ", w.way_out);
+  std::string out = w.severity + ": " + config::remark_text(w.place, w.value, w.message, w.way_out);
   if (w.points > 1)
     out += fmt::format(" ({} points, the first: {})", w.points, w.at);
   else if (!w.at.empty())

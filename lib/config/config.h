@@ -62,6 +62,10 @@ struct Remark {
   std::string text() const;
 };
 
+/// "place = value: message; way out"; what is empty is left out.
+std::string remark_text(const std::string& place, const std::string& value, const std::string& message,
+                        const std::string& way_out);
+
 /// A value and its place, for a rule that only computing can check. Outlives the reader.
 class ConfigPlace {
  public:

@@ -511,16 +511,20 @@ ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped
 
 void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rule); }
 
-std::string Remark::text() const {
-  std::string out = line;
+std::string remark_text(const std::string& place, const std::string& value, const std::string& message,
+                        const std::string& way_out) {
+  std::string out = place;
   const auto add = [&](const char* between, const std::string& more) {
     if (!more.empty()) out += (out.empty() ? "" : between) + more;
   };
-  add(": ", place);
   add(value.find(" = ") == std::string::npos ? " = " : ": ", value);
   add(": ", message);
   add("; ", way_out);
   return out;
+}
+
+std::string Remark::text() const {
+  return (line.empty() ? "" : line + ": ") + remark_text(place, value, message, way_out);
 }
 
 ConfigPlace ConfigReader::place(const std::string& key) const {

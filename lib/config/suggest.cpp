@@ -8,6 +8,7 @@
 
 #include <fmt/ranges.h>
 
+#include "base/small_letters.h"
 #include "config/key_log.h"
 #include "config/text.h"
 #include "config/toml_tree.h"
@@ -20,11 +21,6 @@ namespace {
 constexpr std::string_view kUnits =
     " nt ut mt t gauss deg rad mrad arcmin arcsec turn m ft km cm mm in mi mps2 ms2 gal g mg ug s ms min h hr day d hz"
     " khz rpm pa kpa mpa bar psi k c f kg n kn pct percent ppm m2 nt2 deg2 m3 mps m3ps ";
-
-std::string small_letters(std::string s) {
-  for (char& c : s) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return s;
-}
 
 bool is_unit(const std::string& name) {
   const std::string s = small_letters(name);

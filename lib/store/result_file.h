@@ -4,12 +4,16 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "store/atomic_file.h"
 #include "store/table.h"
 
 namespace surveymc::store {
+
+/// With which a file of HDF5 begins.
+inline constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 
 /// The identity of a result and the data that repeat it. Written as root attributes; all of it but `command`,
 /// `surveymc_version`, `git_revision` and `compiler` enters the content hash.

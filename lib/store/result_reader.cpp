@@ -32,8 +32,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
-
 // ---------------------------------------------------------------------------------------------------------------------
 // Attributes, links and values. `link` is the object's name in messages.
 

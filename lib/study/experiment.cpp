@@ -436,9 +436,10 @@ store::Result result_without_tables(const RunPlan& run) {
 
 void add_answer(const Experiment& experiment, store::Result& result) {
   compare::Answer answer;
-  const compare::Rows severe = compare::Rows(result.tables, compare::kWarningsTable).where("severity", "severe");
-  if (!severe.empty()) answer.say("Read the severe warnings first ({}): these numbers may not hold.", {severe.count()});
   try {
+    const compare::Rows severe = compare::Rows(result.tables, compare::kWarningsTable).where("severity", "severe");
+    if (!severe.empty())
+      answer.say("Read the severe warnings first ({}): these numbers may not hold.", {severe.count()});
     if (experiment.answer) experiment.answer(answer, result);
   } catch (const compare::LongTable& t) {
     answer.say("Table {} has {} rows, too many for a sentence: surveymc show prints them.", {t.name, t.rows});

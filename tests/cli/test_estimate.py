@@ -182,6 +182,8 @@ class Estimate(Case):
         self.write("run.csv", csv_text(rows))
         done = self.call("run", "base.toml", "-o", "out.h5")
         self.assertRegex(done.stdout, r"(?m)^warning: station 10 \(md 1270 m\) is suspect")
+        self.assertRegex(done.stdout, r"\ARead the severe warnings first \(\d\)")
+        self.assertRegex(done.stdout, r"(?m)^The reading b\w at 1270 m is most likely wrong, by ")
         self.assertRegex(done.stdout, r"(?m)^severe: variance factor ")
         path = self.folder / "out.h5"
         decision = np.array(column(path, "tables/tests", "decision"))
@@ -189,6 +191,12 @@ class Estimate(Case):
         residual = np.array(column(path, "tables/tests", "test")) == "residual"
         np.testing.assert_array_equal(decision[residual] == "rejected", w[residual] > 3.290526731491894)
         self.assertEqual(column(path, "tables/tests", "station")[residual][np.argmax(w[residual])], 10)
+
+    def test_no_reading_is_blamed_where_all_are_worse_than_claimed(self):
+        self.write("run.csv", csv_text(run_of(*attitudes(), noise=300)))
+        said = self.call("run", "base.toml", "-o", "out.h5").stdout
+        self.assertRegex(said, r"(?m)^Readings and reference do not fit together, and no single reading explains it\.")
+        self.assertNotIn("most likely wrong", said)
 
     def test_error_of_an_accelerometer_has_the_sign_of_the_file(self):
         """A user subtracts the reported error from the file."""

@@ -122,6 +122,14 @@ class Tables(CovarianceCase):
         swept = ["--set", "sweep.field.dip_deg=[70.0, 72.0]"]
         self.assertEqual(said_and_hash("2", *swept), said_and_hash("1", *swept))
 
+    def test_the_answer_has_no_high_side_in_a_vertical_hole(self):
+        sideways = r"\AAt 150 m the position is known to \S+ m by \S+ m sideways, .* and \S+ m in depth"
+        self.assertNotRegex(self.call("run", "base.toml", "-o", "out.h5").stdout, sideways)
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,0\n30,20,40\n90,20,40\n120,0.5,40\n150,0,40\n")
+        said = self.call("run", "base.toml", "-o", "out.h5", "--overwrite").stdout
+        self.assertRegex(said, sideways)
+        self.assertNotIn("high side", said)
+
     def test_sources_add_up_and_frames_agree(self):
         path = self.run_config()
         sources = np.array([column(path, "tables/covariance_by_source", e) for e in ELEMENTS]).T.reshape(6, 35, 6)

@@ -90,6 +90,11 @@ class InTheResult(Case):
         checked = " ".join(re.sub(r"\n#? *", " ", self.call("check", "mine.toml").stdout).split())
         self.assertIn(f"warning: {DOGLEG[1]}: {DOGLEG[2]}: {DOGLEG[3]}; {DOGLEG[4]}", checked)
 
+    def test_of_a_run_that_ends_in_an_error_they_are_printed(self):
+        done = subprocess.run(["prlimit", "--fsize=4096", SURVEYMC, "run", "mine.toml"], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 74, done.stdout + done.stderr)
+        self.assertRegex(done.stderr, r"(?m) warning: well\.csv: azimuths are from grid north")
+
     def test_what_is_allowed_as_unusual_is_in_the_file(self):
         self.write("well.csv", SURVEY.replace("90,61,10", "90,61,400"))
         self.call("run", "mine.toml", "-o", "out.h5", exit_code=BAD_DATA)

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <stdexcept>
 
 #include <catch2/catch.hpp>
 
@@ -79,6 +80,22 @@ TEST_CASE("An answer says each number with its source") {
              {row.figure("monte_carlo"), row.point(), row.figure("margin").percent(), row.word("formulation")});
   CHECK(sentences(answer) == Words{"It is 0.912 m (noise.scale = 0.5), 5 % of random."});
   CHECK(sources(answer) == Words{"position.monte_carlo[3]; position.noise.scale[3]; position.margin[3] * 100"});
+}
+
+TEST_CASE("A sentence has as many parts as places") {
+  Answer answer;
+  CHECK_THROWS_AS(answer.say("{} of {}.", {"1"}), std::logic_error);
+  CHECK_THROWS_AS(answer.say("{}.", {"1", "2"}), std::logic_error);
+}
+
+TEST_CASE("Failed trials are said, of the row that lost most") {
+  Answer answer;
+  answer.say_failures({{"a", "", {{"trials", "1", "", Numbers{10, 10}}, {"failed", "1", "", Numbers{0, 0}}}}});
+  CHECK(answer.empty());
+  answer.say_failures({{"a", "", {{"trials", "1", "", Numbers{10, 10}}, {"failed", "1", "", Numbers{1, 4}}}},
+                       {"b", "", {{"failed", "1", "", Numbers{9}}}}});
+  CHECK(sentences(answer) == Words{"4 of 10 trials failed: these numbers are of the others."});
+  CHECK(sources(answer) == Words{"a.failed[1]; a.trials[1]"});
 }
 
 TEST_CASE("Verdicts in a sentence: holds, not contradicted, undecided, does not hold; findings apart") {

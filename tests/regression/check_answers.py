@@ -37,9 +37,6 @@ def meets(file, table, row, condition):
 
 def number_at(file, source):
     """The number that a source names."""
-    if " / " in source:
-        a, b = source.split(" / ")
-        return number_at(file, a) / number_at(file, b)
     if factor := re.fullmatch(r"(.*) \* (\S+)", source):
         return number_at(file, factor[1]) * float(factor[2])
     if cell := CELL.fullmatch(source):
@@ -51,14 +48,20 @@ def number_at(file, source):
     return sum(all(meets(file, counted["table"], row, c) for c in conditions) for row in range(rows))
 
 
+def three_digits(value):
+    """As lib/compare/answer.h writes a number."""
+    if value in (float("inf"), float("-inf")):
+        return "infinite" if value > 0 else "-infinite"
+    if 100 <= abs(value) < 1e9:
+        return f"{value:.0f}"
+    text = f"{value:.3g}"
+    mantissa, e, power = text.partition("e")
+    return f"{mantissa}e{int(power)}" if e and not 1e-4 <= abs(value) < 1e9 else text
+
+
 def agrees(text, value):
-    """Whether a text is the value with three digits, or whole."""
-    if text == "infinite":
-        return value == float("inf")
-    mantissa = text.lower().split("e")[0].lstrip("-").replace(".", "").lstrip("0")
-    digits = max(3, len(mantissa)) if "." not in text and "e" not in text else 3
-    return abs(float(text) - value) <= 0.5000001 * 10 ** (-digits + 1) * abs(value) * 1.0000001 + 1e-300 or \
-        ("." not in text and "e" not in text and abs(float(text) - value) <= 0.5000001 and abs(value) >= 100)
+    """Whether a text is the value with three digits, or an angle with two decimals."""
+    return text in (three_digits(value), f"{value:.2f}")
 
 
 def faults_of(path):
