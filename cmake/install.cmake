@@ -46,26 +46,16 @@ install(CODE "
   copy_licences(\"\${folder}\" \"compiled into the program\" ${contained})")
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE)
 
-# Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is
-# one copy of each file; relative, so that the whole can be moved.
+# The package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH): a link, so that there is one copy of
+# each file; relative, so that the whole can be moved. The program finds scripts/surveymc by itself.
 set(SURVEYMC_PYTHON_DIR lib/python3/dist-packages CACHE STRING "where Python packages are installed, below the prefix")
-set(links "${CMAKE_INSTALL_BINDIR}/surveymc-import|import_survey.sh" "${CMAKE_INSTALL_BINDIR}/surveymc-plot|plot.sh"
-  "${CMAKE_INSTALL_BINDIR}/surveymc-report|report.sh" "${CMAKE_INSTALL_BINDIR}/surveymc-studies|studies.sh"
-  "${SURVEYMC_PYTHON_DIR}/surveymc|surveymc")
-foreach(link ${links})
-  string(REPLACE "|" ";" parts ${link})
-  list(GET parts 0 name)
-  list(GET parts 1 target)
-  cmake_path(GET name PARENT_PATH folder)
-  file(RELATIVE_PATH target /${folder} /${share}/scripts/${target})
-  install(CODE "
-    set(place \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${name}\")
-    cmake_path(GET place PARENT_PATH folder)
-    file(MAKE_DIRECTORY \"\${folder}\")
-    file(REMOVE \"\${place}\")
-    file(CREATE_LINK ${target} \"\${place}\" SYMBOLIC)
-    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${name}\")")
-endforeach()
+file(RELATIVE_PATH target /${SURVEYMC_PYTHON_DIR} /${share}/scripts/surveymc)
+install(CODE "
+  set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${SURVEYMC_PYTHON_DIR}\")
+  file(MAKE_DIRECTORY \"\${folder}\")
+  file(REMOVE \"\${folder}/surveymc\")
+  file(CREATE_LINK ${target} \"\${folder}/surveymc\" SYMBOLIC)
+  list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${SURVEYMC_PYTHON_DIR}/surveymc\")")
 
 # cpack: a .deb, whose libraries the system's packages have, and a .tar.gz that brings its libraries along
 # (cmake/bundle_libraries.cmake). RPATH, not RUNPATH: the libraries that are brought along find each other by it, too.

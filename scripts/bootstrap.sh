@@ -2,7 +2,7 @@
 # Installs what is missing of the Debian packages that surveymc needs, and says so. Run it as often as you like.
 #   scripts/bootstrap.sh              to build and plot
 #   scripts/bootstrap.sh report       what the report and the Python reader need on top
-#   scripts/bootstrap.sh import       what import_survey.sh needs to read WITSML and Excel
+#   scripts/bootstrap.sh import       what surveymc import needs to read WITSML and Excel
 #   scripts/bootstrap.sh cross        what the tests of other processors need (nightly)
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail

@@ -33,7 +33,7 @@ build/surveymc run configs/thesis/test4.toml -o "$result" --overwrite 2>>"$log" 
 
 echo
 echo "figures:"
-logged scripts/plot.sh "$result"
+logged build/surveymc plot "$result"
 { grep -o '^results/.*[.]png$' "$log" || tail -n 1 "$log"; } | sed 's/^/  /'
 
 echo

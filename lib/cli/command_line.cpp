@@ -13,6 +13,7 @@
 
 #include "cli/exit_codes.h"
 #include "cli/file_kind.h"
+#include "cli/python_commands.h"
 #include "config/suggest.h"
 #include "store/table.h"
 
@@ -209,6 +210,13 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
                     "folder of the config, with input files that were too large to be stored (default: this folder)");
   thread_option(rerun);
   quiet_option(rerun);
+  for (const PythonCommand& p : python_commands()) {
+    CLI::App* sub = command(Command::python, p.name, p.description);
+    if (p.repeated)
+      sub->add_option(p.argument, line.parts, p.argument_is);
+    else if (*p.argument != '\0')
+      sub->add_option(p.argument, line.file, p.argument_is)->required();
+  }
   command(Command::man, "man", "print the manual page: surveymc man | man -l -");
   CLI::App* completion = command(Command::completion, "completion", "print the completion script of bash");
   completion->add_option("shell", "bash")->required()->check(CLI::IsMember({"bash"}));
@@ -217,10 +225,11 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file}, {"file", ValueKind::result_file},  {"file_a", ValueKind::result_file},
-      {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file}, {"output", ValueKind::result_file},
-      {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},     {"missing", ValueKind::folder},
-      {"table", ValueKind::table},        {"shell", ValueKind::shell},       {"experiment", ValueKind::experiment}};
+      {"config", ValueKind::config_file}, {"file", ValueKind::result_file},    {"file_a", ValueKind::result_file},
+      {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file},   {"output", ValueKind::result_file},
+      {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},       {"missing", ValueKind::folder},
+      {"result", ValueKind::result_file}, {"results", ValueKind::result_file}, {"survey", ValueKind::any_file},
+      {"table", ValueKind::table},        {"shell", ValueKind::shell},         {"experiment", ValueKind::experiment}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }
@@ -237,7 +246,7 @@ std::string placeholder_in(const std::string& description) {
 std::string placeholder(const CLI::Option& option, ValueKind kind, const std::string& name) {
   const std::string said = placeholder_in(option.get_description());
   if (!said.empty()) return said;
-  if (kind == ValueKind::config_file || kind == ValueKind::result_file) return "FILE";
+  if (kind == ValueKind::any_file || kind == ValueKind::config_file || kind == ValueKind::result_file) return "FILE";
   if (kind == ValueKind::folder) return "FOLDER";
   if (option.get_type_name().starts_with("INT") || option.get_type_name().starts_with("UINT")) return "N";
   std::string capitals = name;
@@ -270,13 +279,6 @@ CommandWords words_of(const CLI::App& app) {
   return words;
 }
 
-/// Programs beside this one, for those who look for them here.
-std::string program_beside(const std::string& word) {
-  for (const char* name : {"import", "plot", "report", "studies"})
-    if (word == name) return fmt::format("surveymc-{}", name);
-  return "";
-}
-
 /// What a command line without any word is answered: what the program is for, and the way to a first result.
 constexpr const char* kFirstSteps =
     R"(surveymc computes how uncertain surveyed wells are: by the error models of the survey
@@ -285,6 +287,7 @@ tools, and by Monte Carlo, which tells where their formulas hold. To begin with 
   surveymc new position_covariance -o well.toml   a config with an example survey: put in yours
   surveymc run well.toml                          computes; the result is results/well.h5
   surveymc show results/well.h5                   prints what is in it
+  surveymc plot results/well.h5                   draws it
 
 Other questions: surveymc list. All commands: surveymc --help.
 )";
@@ -315,17 +318,15 @@ std::string unknown_word(const CLI::App& app) {
         for (const std::string& name : o->get_lnames())
           if ("--" + name == word) near = fmt::format("{} of surveymc {}", word, sub->get_name());
   }
-  const std::string beside = is_option || !chosen.empty() ? "" : program_beside(word);
   if (const FileKind kind = chosen.empty() && !is_option ? kind_of_file(written) : FileKind::unknown;
       kind != FileKind::unknown)
     return fmt::format("surveymc: {} is not expected: a command comes first, and this is {}", store::printable(written),
                        what_to_do(written, kind));
   std::error_code error;
   const bool is_file = is_option && std::filesystem::exists(written, error);
-  const std::string hint = !beside.empty() ? fmt::format(": this is a program of its own: {}", beside)
-                           : is_file       ? fmt::format(": the file of this name is ./{}", store::printable(written))
-                           : near.empty()  ? ""
-                                           : fmt::format(": did you mean {}?", near);
+  const std::string hint = is_file        ? fmt::format(": the file of this name is ./{}", store::printable(written))
+                           : near.empty() ? ""
+                                          : fmt::format(": did you mean {}?", near);
   return fmt::format("surveymc{}: {} is not expected{}", chosen.empty() ? "" : " " + at.get_name(),
                      store::printable(written), hint);
 }

@@ -24,6 +24,7 @@ enum class Command {
   diff,
   refine,
   rerun,
+  python,
   man,
   completion
 };

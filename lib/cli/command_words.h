@@ -7,7 +7,7 @@
 namespace surveymc::cli {
 
 /// The kind of an option's value, so that a shell can offer values.
-enum class ValueKind { none, text, config_file, result_file, folder, table, shell, experiment };
+enum class ValueKind { none, text, any_file, config_file, result_file, folder, table, shell, experiment };
 
 struct OptionWords {
   std::vector<std::string> flags;  ///< "-o", "--output"; empty for a positional argument

@@ -22,6 +22,8 @@ std::vector<std::string> names_of(const std::vector<CommandWords>& commands) {
 /// The command that offers values of a kind.
 const char* offer_of(ValueKind kind) {
   switch (kind) {
+    case ValueKind::any_file:
+      return "_surveymc_files '*'";
     case ValueKind::config_file:
       return "_surveymc_files toml";
     case ValueKind::result_file:
@@ -50,7 +52,7 @@ _surveymc_words() {
   done <<<"$1"
 }
 
-# Offers files that end in .$1, and folders.
+# Offers files that end in .$1 (* for all), and folders.
 _surveymc_files() {
   compopt -o filenames 2>/dev/null
   local IFS=$'\n'

@@ -110,7 +110,7 @@ std::vector<std::string> commands_for(const std::string& path, FileKind kind) {
     case FileKind::error_models:
       return {"models --file " + file, "run CONFIG --set error_model.file=" + file};
     case FileKind::result:
-      return {"show " + file, "rerun " + file};
+      return {"show " + file, "plot " + file, "rerun " + file};
     case FileKind::part:
       return {"status " + folder_of(path), fmt::format("merge {} -o result.h5", folder_of(path))};
     case FileKind::journal:

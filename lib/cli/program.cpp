@@ -18,6 +18,7 @@
 #include "cli/file_kind.h"
 #include "cli/log.h"
 #include "cli/process_setup.h"
+#include "cli/python_commands.h"
 #include "cli/rank_work.h"
 #include "cli/screen.h"
 #include "cli/signals.h"
@@ -107,6 +108,8 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
       return refine_result(line.refined);
     case Command::rerun:
       return rerun_result(line.file, line.inputs.empty() ? "." : line.inputs, a, command);
+    case Command::python:
+      throw UsageError(fmt::format("{}: runs on one process: surveymc {}", argv[1], argv[1]));
     case Command::man:
       return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
     case Command::completion:
@@ -148,6 +151,7 @@ int main_with_exit_codes(int argc, char** argv, ListStudies studies, montecarlo:
 }  // namespace
 
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
+  if (!messages && argc > 1 && is_python_command(argv[1])) return become_python_command(argc, argv);
   if (const std::string fault = set_up_process(); !fault.empty()) {
     std::fprintf(stderr, "error: %s\n", fault.c_str());
     return kNoMachine;

@@ -21,6 +21,7 @@
 #include "base/shell_word.h"
 #include "config/config_document.h"
 #include "config/csv_cells.h"
+#include "config/python_side.h"
 #include "config/readings_csv.h"
 #include "config/survey_csv.h"
 #include "config/text.h"
@@ -30,7 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kScript = "import_survey.sh";
 constexpr const char* kNorth = "azimuth-reference";  // with kUnusual the only options that our own form has, too
 constexpr const char* kUnusual = "unusual";
 
@@ -50,17 +50,6 @@ bool is_own_name(std::string_view name, ForeignKind kind) {
   return kind == ForeignKind::readings && std::any_of(kAxes.begin(), kAxes.end(), [&](std::string_view axis) {
            return name.starts_with(axis) && std::find(kUnits.begin(), kUnits.end(), name.substr(2)) != kUnits.end();
          });
-}
-
-/// The script beside the program: of the source tree that it was built in, or of its installation. Empty: not there.
-fs::path script_path() {
-  std::error_code error;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
-  for (const char* way : {"../scripts", "../../scripts", "../share/surveymc/scripts"}) {
-    const fs::path path = (folder / way / kScript).lexically_normal();
-    if (fs::is_regular_file(path, error)) return path;
-  }
-  return {};
 }
 
 /// An anonymous file that a child writes and we read when it has ended: no pipe that could fill.
@@ -111,7 +100,7 @@ Ended run_program(const std::vector<std::string>& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), out.text(), errors.text()};
 }
 
-/// The lines "word: text" that the script prints before the CSV.
+/// The lines "word: text" that the Python side prints before the CSV.
 struct Answer {
   std::string told, csv;
   std::vector<std::string> warnings;
@@ -182,29 +171,32 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
               key_of(name));
     return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), "", {}};
   }
-  const fs::path script = script_path();
-  require(
-      !script.empty(),
-      "{}: is no CSV of our own form ({} ...), and {}, which reads other forms, is not beside the program: install it, "
-      "or write such a CSV",
-      path, kind == ForeignKind::survey ? "md_m, inclination_deg, azimuth_deg" : "md_m, gx_mps2, bx_nT", kScript);
-  std::vector<std::string> arguments{script.string(), fs::absolute(place).string(), "--for-program=" + path,
-                                     "--key-prefix=" + told_as};
+  std::vector<std::string> arguments;
+  try {
+    arguments =
+        python_command({"import", fs::absolute(place).string(), "--for-program=" + path, "--key-prefix=" + told_as});
+  } catch (const IoError& e) {
+    throw InputError(fmt::format(
+        "{}: is no CSV of our own form ({} ...), and what reads other forms is not there: {}; or write "
+        "such a CSV",
+        path, kind == ForeignKind::survey ? "md_m, inclination_deg, azimuth_deg" : "md_m, gx_mps2, bx_nT", e.what()));
+  }
   if (kind == ForeignKind::readings) arguments.emplace_back("--readings");
   for (const auto& [name, value] : options) arguments.push_back(fmt::format("--{}={}", name, value));
   const Ended ended = run_program(arguments);
   if (ended.code != 0) {
     const std::string said = ended.errors.substr(0, ended.errors.find_last_not_of(" \n") + 1);
-    std::string command = fmt::format("{} {}", shell_word(script.string()), shell_word(place.string()));
+    std::string command = fmt::format("surveymc import {}", shell_word(place.string()));
     if (kind == ForeignKind::readings) command += " --readings";
     for (const auto& [name, value] : options)
       if (name != kUnusual)
-        command += fmt::format(" --{} {}", name, shell_quoted(value));  // the script itself refuses nothing for it
-    // Readings have no keys: only the script takes an option, and its message names that.
+        command += fmt::format(" --{} {}", name, shell_quoted(value));  // the command itself refuses nothing for it
+    // Readings have no keys: only the command takes an option, and its message names that.
     const bool has_keys = kind == ForeignKind::survey;
-    throw InputError(fmt::format("{}; {}make a CSV of it: {} -o {}.csv",
-                                 said.empty() ? fmt::format("{}: {} ended with {}", path, kScript, ended.code) : said,
-                                 has_keys ? "or " : "", command, has_keys ? "survey" : "readings"));
+    throw InputError(
+        fmt::format("{}; {}make a CSV of it: {} -o {}.csv",
+                    said.empty() ? fmt::format("{}: surveymc import ended with {}", path, ended.code) : said,
+                    has_keys ? "or " : "", command, has_keys ? "survey" : "readings"));
   }
   Answer answer = answer_of(ended.out);
   InputTable table = parse_csv(answer.csv, path);

@@ -1,5 +1,5 @@
 #pragma once
-/// Surveys and readings in the forms of other programs, read by scripts/import_survey.sh (docs/results-format.md).
+/// Surveys and readings in the forms of other programs, read by `surveymc import` (docs/results-format.md).
 #include <filesystem>
 #include <string>
 #include <utility>

@@ -12,7 +12,8 @@ Frames and units are those of surveymc's docs/conventions.md: north, east, verti
 clockwise from north. Nothing stays open: every access opens the file, reads, and closes it.
 
 The package also holds the commands: surveymc.plots draws results, surveymc.report makes a page of them, surveymc.importer
-reads surveys in other forms, surveymc.run_studies runs all configs. Each is loaded when it is asked for.
+reads surveys in other forms, surveymc.run_studies runs all configs. Each is loaded when it is asked for; `surveymc plot`, or
+`python3 -m surveymc plot` without the program, starts one (__main__.py).
 """
 
 import importlib as _importlib

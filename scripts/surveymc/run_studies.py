@@ -182,16 +182,16 @@ def main():
     try:
         program = os.path.abspath(arguments.program or surveymc.find_program())
     except surveymc.RunError as error:
-        print(f"surveymc-studies: {error}; scripts/run_all.sh builds it", file=sys.stderr)
+        print(f"surveymc studies: {error}; scripts/run_all.sh builds it", file=sys.stderr)
         return USAGE
     os.chdir(studies.ROOT)  # configs are named as the README names them, and so in the results
     output = os.path.relpath(output)
     if not os.path.isfile(program) or not os.access(program, os.X_OK):
-        print(f"surveymc-studies: {program}: not built: scripts/run_all.sh builds it", file=sys.stderr)
+        print(f"surveymc studies: {program}: not built: scripts/run_all.sh builds it", file=sys.stderr)
         return USAGE
     jobs = jobs_of(arguments.only, output, arguments.quick, program)
     if not jobs:
-        print(f"surveymc-studies: no study fits {', '.join(arguments.only)}: see --list", file=sys.stderr)
+        print(f"surveymc studies: no study fits {', '.join(arguments.only)}: see --list", file=sys.stderr)
         return USAGE
     version = program_version(program)
     if arguments.list:
@@ -208,9 +208,8 @@ def main():
             print("figures and report ...", flush=True)
             note = ["--note", QUICK_NOTE] if arguments.quick else []
             page = os.path.join(output, "report.html")
-            environment = {**os.environ, "PYTHONPATH": os.path.dirname(studies.PACKAGE)}
-            code = max(code, subprocess.run([sys.executable, "-P", "-m", "surveymc.report", *there, "--base", output, "-o", page,
-                                             *note], env=environment).returncode)
+            code = max(code, subprocess.run([sys.executable, studies.PACKAGE, "report", *there, "--base", output, "-o", page,
+                                             *note]).returncode)
     except KeyboardInterrupt:
         print("\nstopped; finished results are kept: the same command goes on from there", file=sys.stderr)
         return streams.STOPPED
@@ -219,7 +218,7 @@ def main():
 
 
 def command():
-    streams.run(main, "surveymc-studies")
+    streams.run(main, "surveymc studies")
 
 
 if __name__ == "__main__":

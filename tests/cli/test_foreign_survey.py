@@ -155,7 +155,7 @@ class Forms(Case):
         plain = table(",", ("md", "inc", "azi"))
         for content, options, says in [
                 (plain, [], r"mine\.txt:line 1: column 'md': no unit: must be known: survey\.depth_unit = \"m\", \"ft\" or \"usft\"; or make a CSV of it: "
-                            r"\S+import_survey\.sh mine\.txt -o survey\.csv"),
+                            r"surveymc import mine\.txt -o survey\.csv"),
                 (plain, ["survey.depth_unit=m"], r"mine\.txt: .*which north.*survey\.azimuth_reference"),
                 (table(",", ("MD (m)", "Inc", "Azi Grid")), ['survey.azimuth_reference="true"'], "says grid north, survey.azimuth_reference says true"),
                 (table(";", ("MD (m)", "Inc", "Azi Grid"), [("1,234", "10", "20"), ("1,264", "12", "21")]), [], r'survey\.decimal = "comma" or survey\.decimal = "point"'),
@@ -173,7 +173,7 @@ class Forms(Case):
                 self.write("mine.txt", content)
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=mine.txt", *[f"--set={o}" for o in options], says=says)
         self.write("-my well.txt", plain)
-        self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"import_survey\.sh '\./-my well\.txt' -o survey\.csv")
+        self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"surveymc import '\./-my well\.txt' -o survey\.csv")
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
 
     def test_what_is_doubtful_is_refused_until_it_is_allowed(self):
@@ -207,7 +207,7 @@ class Forms(Case):
         def readers():
             for place in Path("/proc").glob("[0-9]*/cmdline"):
                 with contextlib.suppress(OSError):  # it has ended
-                    if name in (words := place.read_text(errors="replace")) and "surveymc.importer" in words:
+                    if name in (words := place.read_text(errors="replace")) and "scripts/surveymc\0import\0" in words:
                         yield int(place.parent.name)
 
         def wait(until):
@@ -250,7 +250,7 @@ class Forms(Case):
         self.write("mine.txt", table(",", ("MD (m)", "Inc", "Azi Grid")))
         done = subprocess.run([self.folder / "alone", "check", "base.toml", "--set", "survey.file=mine.txt"], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(done.returncode, BAD_INPUT)
-        self.assertRegex(done.stderr, r"mine\.txt: is no CSV of our own form \(md_m, .*import_survey\.sh, which reads other forms, is not beside the program")
+        self.assertRegex(done.stderr, r"mine\.txt: is no CSV of our own form \(md_m, .*what reads other forms is not there: .*scripts/surveymc is not beside ")
 
 
 class Readings(Case):
@@ -283,7 +283,7 @@ class Readings(Case):
             with self.subTest(says=says):
                 self.write("tool.txt", head + "\n" + row)
                 self.refused(BAD_INPUT, "check", "base.toml", "--set", "readings=tool.txt",
-                             says=rf"tool\.txt:line 1: .*no unit: must be known: {says}; make a CSV of it: \S+import_survey\.sh tool\.txt --readings -o")
+                             says=rf"tool\.txt:line 1: .*no unit: must be known: {says}; make a CSV of it: surveymc import tool\.txt --readings -o")
 
 
 if __name__ == "__main__":

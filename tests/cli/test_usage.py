@@ -21,7 +21,7 @@ class CommandLine(Case):
         for words, says in [
             (["rnu", "base.toml"], "surveymc: rnu is not expected: did you mean run\\?"),
             (["chekc"], "did you mean check\\?"), (["compl"], "did you mean completion\\?"), (["shwo", "x.h5"], "did you mean show\\?"),
-            (["import", "x.csv"], "a program of its own: surveymc-import"), (["nothing"], "nothing is not expected\n"),
+            (["repotr", "x.h5"], "did you mean report\\?"), (["nothing"], "nothing is not expected\n"),
             (["run", "base.toml", "--trails", "100"], "surveymc run: --trails is not expected: did you mean --trials\\?"),
             (["run", "--trails", "100", "base.toml"], "did you mean --trials\\?"), (["run", "--trails"], "did you mean --trials\\?"),
             (["run", "base.toml", "--outptu=x"], "--outptu=x is not expected: did you mean --output\\?"),
@@ -37,7 +37,8 @@ class CommandLine(Case):
         self.assertGreaterEqual(len(commands), 11)
         for command in commands:
             with self.subTest(command=command):
-                self.refused(USAGE, command, "--nonsense", says="--nonsense is not expected")
+                by_python = command in ("plot", "report", "import", "studies")
+                self.refused(USAGE, command, "--nonsense", says=f"surveymc {command}: " if by_python else "--nonsense is not expected")
         for words, says in [
             (["run", "base.toml", "--trial", "600"], "--trial 600: .*numbered 0 to 599"),
             *[(["run", "base.toml", "--trials", n], f"--trials {re.escape(n)}: must be a whole number, 0 or more, such as 20000, 2e4 or 20k")
@@ -85,7 +86,7 @@ class CommandLine(Case):
         self.write("run.h5.journal.host.12", "SMCJRNL1")
         kinds = {
             "base.toml": ("a config", ["surveymc check base.toml", "surveymc run base.toml"]),
-            "out.h5": ("a result", ["surveymc show out.h5", "surveymc rerun out.h5"]),
+            "out.h5": ("a result", ["surveymc show out.h5", "surveymc plot out.h5", "surveymc rerun out.h5"]),
             "parts/a.part": ("a part of a run", ["surveymc status parts", "surveymc merge parts -o result.h5"]),
             "survey.csv": ("a survey", ["surveymc new position_covariance -o well.toml", "surveymc run well.toml --set survey.file=survey.csv"]),
             "readings.csv": ("a table of readings", ["surveymc new estimate -o readings.toml", "surveymc run readings.toml --set readings=readings.csv"]),
@@ -143,15 +144,13 @@ class CommandLine(Case):
         self.refused(BAD_INPUT, "check", "base.toml", "--set", "nonsense=1", says="unknown key")
 
     def test_scripts_of_users_end_so_too(self):
-        scripts = [["report", "--nonsense", "x.h5"], ["import_survey", "--nonsense", "x.csv"], ["import_survey"],
-                   ["studies", "--nonsense"], ["plot"], ["plot", "msa_position", "x.h5", "--nonsense"],
-                   ["plot", "nothing", "x.h5"]]
-        for words in scripts:
+        for words in (["report", "--nonsense", "x.h5"], ["import", "--nonsense", "x.csv"], ["import"], ["studies", "--nonsense"], ["plot"],
+                      ["plot", "msa_position", "x.h5", "--nonsense"], ["plot", "nothing", "x.h5"]):
             with self.subTest(words=words):
-                self.script_refused(f"surveymc-{dict(import_survey='import').get(words[0], words[0])}", *words)
-        self.script_refused("did you mean --quick\\?", "studies", "--qiuck")
-        self.script_refused("surveymc-plot: MSA_Positon: no drawer has this name: did you mean msa_position\\?", "plot", "MSA_Positon", "x.h5")
-        self.script_refused("surveymc-import: .*; did you mean --depth-unit\\?", "import_survey", "x.txt", "--Depth-Unt", "m")
+                self.refused(USAGE, *words, says=f"surveymc {words[0]}")
+        self.refused(USAGE, "studies", "--qiuck", says="did you mean --quick\\?")
+        self.refused(USAGE, "plot", "MSA_Positon", "x.h5", says="surveymc plot: MSA_Positon: no drawer has this name: did you mean msa_position\\?")
+        self.refused(USAGE, "import", "x.txt", "--Depth-Unt", "m", says="surveymc import: .*; did you mean --depth-unit\\?")
 
     def test_a_slurm_that_does_not_answer_is_said_so(self):
         (self.folder / "bin").mkdir()
@@ -164,14 +163,6 @@ class CommandLine(Case):
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, NO_MEANS, done.stderr)
         self.assertRegex(done.stderr, r"(?m)^sweep.sh: squeue: Slurm does not answer: run this where .* surveymc run \S+base.toml --resume -o ")
-
-    def script_refused(self, says, script, *words):
-        with self.untouched():
-            done = subprocess.run([test_cli.SOURCE / "scripts" / f"{script}.sh", *words], cwd=self.folder,
-                                  stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, USAGE, done.stderr)
-        self.assertRegex(done.stderr, says)
-        self.assertEqual(done.stdout, "")
 
 
 class Inputs(Case):

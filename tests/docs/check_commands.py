@@ -27,7 +27,10 @@ def known_commands():
     """{command: its options}; "" is the program."""
     top = call("--help")
     names = re.findall(r"^  ([a-z]+) ", top[top.index("Subcommands:"):], re.M)
-    return {"": options_in(top), **{name: options_in(call(name, "--help")) for name in names}}
+    known = {"": options_in(top), **{name: options_in(call(name, "--help")) for name in names}}
+    for drawer in (source / "scripts/surveymc/plots").glob("*.py"):  # surveymc plot DRAWER has those of the drawer
+        known["plot"] |= set(re.findall(r'add_argument\((?:"-\w", )?"(--[a-z-]+)"', drawer.read_text()))
+    return known
 
 
 def lines_of(text):

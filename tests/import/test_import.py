@@ -19,8 +19,8 @@ import unittest
 import zipfile
 from unittest import mock
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.sh"
-sys.path.insert(0, str(SCRIPT.parent))
+PACKAGE = pathlib.Path(__file__).resolve().parents[2] / "scripts/surveymc"
+sys.path.insert(0, str(PACKAGE.parent))
 from surveymc.importer import __main__ as import_survey  # noqa: E402
 from surveymc.importer import output  # noqa: E402
 from surveymc.importer.problem import Problem  # noqa: E402
@@ -883,7 +883,7 @@ class Files(Case):
 
     def test_as_a_program(self):
         (self.folder / "in.csv").write_text(table())
-        run = lambda *given: subprocess.run([SCRIPT, *given], capture_output=True, text=True, timeout=60)
+        run = lambda *given: subprocess.run([sys.executable, PACKAGE, "import", *given], capture_output=True, text=True, timeout=60)
         done = run("in.csv", "-o", "out.csv")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(done.stdout.endswith('In the config beside it:\n  [survey]\n  file = "out.csv"\n  azimuth_reference = "grid"\n'))

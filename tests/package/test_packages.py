@@ -78,9 +78,9 @@ with tempfile.TemporaryDirectory(prefix="surveymc-packages-") as folder:
             "print(len(r.table('position')), len(surveymc.plot(r)))")
     rows, figures = inside("python3", "-c", code).split()
     assert int(rows) > 0 and int(figures) > 0
-    assert "--readings" in inside("surveymc-import", "--help")
+    assert "--readings" in inside("surveymc", "import", "--help")
     inside("surveymc", "run", "/usr/share/surveymc/configs/reliability/fig1.toml", "-o", "/tmp/fig1.h5")
-    inside("surveymc-report", "/tmp/fig1.h5", "-o", "/tmp/report.html")
+    inside("surveymc", "report", "/tmp/fig1.h5", "-o", "/tmp/report.html")
     assert "No figure" not in open(os.path.join(root, "tmp/report.html"), encoding="utf-8").read()
     in_root(root, "apt-get", "remove", "-y", "surveymc", env=environment)
     assert not os.path.exists(os.path.join(root, "usr/bin/surveymc"))

@@ -20,7 +20,7 @@ def drawn(script, result, seed):
     """{name: bytes} of what a script draws; None where it draws nothing of such a result."""
     for point in ([], ["--point", "0"]):
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run([SCRIPTS / "plot.sh", script, result, "-o", folder, *point], capture_output=True, text=True,
+            done = subprocess.run([sys.executable, SCRIPTS / "surveymc", "plot", script, result, "-o", folder, *point], capture_output=True, text=True,
                                   env={**os.environ, "PYTHONHASHSEED": seed})
             if done.returncode == 0:
                 return {p.name: p.read_bytes() for p in Path(folder).iterdir()}

@@ -188,7 +188,7 @@ def draw(*arguments):
 
 def draw_as_users_do(*arguments):
     """A program of its own; another seed of its hashes may change no figure."""
-    return subprocess.run([plot_case.SCRIPTS / "plot.sh", SCRIPT, *arguments], capture_output=True, text=True, timeout=plot_case.PATIENCE,
+    return subprocess.run([sys.executable, plot_case.SCRIPTS / "surveymc", "plot", SCRIPT, *arguments], capture_output=True, text=True, timeout=plot_case.PATIENCE,
                           env={**os.environ, "PYTHONHASHSEED": "7"})
 
 

@@ -227,16 +227,16 @@ class Commands(unittest.TestCase):
 
     def test_one_command_draws_any_result(self):
         with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.run([os.path.join(SCRIPTS, "plot.sh"), os.path.join(SMOKE, "msa_sweep.h5"),
+            run = subprocess.run([sys.executable, os.path.join(SCRIPTS, "surveymc"), "plot", os.path.join(SMOKE, "msa_sweep.h5"),
                                   "-o", folder, "--point", "1"], capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("msa_sweep_point1_position.svg", run.stdout)
 
     def test_figures_that_cannot_be_written(self):
-        run = subprocess.run([os.path.join(SCRIPTS, "plot.sh"), os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc"],
+        run = subprocess.run([sys.executable, os.path.join(SCRIPTS, "surveymc"), "plot", os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc"],
                              capture_output=True, text=True)
         self.assertEqual(run.returncode, 74, run.stderr)
-        self.assertRegex(run.stderr, "^surveymc-plot: .*/proc/.*: cannot write: [^\n]*\n$")
+        self.assertRegex(run.stderr, "^surveymc plot: .*/proc/.*: cannot write: [^\n]*\n$")
 
 
 if __name__ == "__main__":

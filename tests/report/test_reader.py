@@ -223,9 +223,8 @@ class Elsewhere(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn(target, run.stdout)
         self.assertIn("vertical_well_ratio.png", run.stdout)
-        for command, argument, word in (("surveymc-import", "--help", "WITSML"), ("surveymc-report", "--help", "report"),
-                                        ("surveymc-plot", "--help", "figures")):
-            run = subprocess.run([os.path.join(target, "bin", command), argument], capture_output=True, text=True, env=environment)
+        for command, argument, word in (("import", "--help", "WITSML"), ("report", "--help", "report"), ("plot", "--help", "figures")):
+            run = subprocess.run([sys.executable, "-m", "surveymc", command, argument], cwd=self.folder, capture_output=True, text=True, env=environment)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn(word, run.stdout)
 

@@ -65,7 +65,7 @@ class Page(html.parser.HTMLParser):
 
 
 def make(*arguments, environment=None):
-    return subprocess.run([os.path.join(SCRIPTS, "report.sh"), *arguments], capture_output=True, text=True,
+    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "surveymc"), "report", *arguments], capture_output=True, text=True,
                           timeout=120, env={**os.environ, **(environment or {})})
 
 
@@ -377,9 +377,9 @@ class AnyResult(unittest.TestCase):
         self.assertFalse(os.path.exists(self.output))
         self.assertNotIn("Traceback", run.stderr)
         lines = run.stderr.splitlines()
-        self.assertEqual(lines[-1], "surveymc-report: no result file could be read")
+        self.assertEqual(lines[-1], "surveymc report: no result file could be read")
         for path, line in zip(paths, lines):
-            self.assertRegex(line, rf"^surveymc-report: left out: {re.escape(path)}: .*(damaged|do not match)")
+            self.assertRegex(line, rf"^surveymc report: left out: {re.escape(path)}: .*(damaged|do not match)")
         self.assertEqual(len(lines), len(paths) + 1, run.stderr)
 
     def test_a_result_that_is_not_whole_is_left_out(self):
@@ -404,7 +404,7 @@ class AnyResult(unittest.TestCase):
                 with open(path, "wb") as file:
                     file.write(data + integrity.seal_for(data))
             source, run = self.report(os.path.join(SMOKE, "mwd_drift.h5"), path)
-            self.assertRegex(run.stderr, rf"^surveymc-report: left out: {re.escape(path)}: [^\n]*\n$")
+            self.assertRegex(run.stderr, rf"^surveymc report: left out: {re.escape(path)}: [^\n]*\n$")
             self.assertEqual(source.count("<article"), 1)
             self.assertIn(": 1 result,", run.stdout)
 
@@ -473,7 +473,7 @@ class Drawers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name in "ab":
                 shutil.copy(os.path.join(SMOKE, "clearance.h5"), os.path.join(folder, f"{name}.h5"))
-            process = subprocess.Popen([os.path.join(SCRIPTS, "report.sh"), folder],
+            process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "surveymc"), "report", folder],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             drawn = lambda: [n for _, _, names in os.walk(folder) for n in names if n.endswith((".svg", ".html"))]  # noqa: E731
             deadline = time.monotonic() + 120

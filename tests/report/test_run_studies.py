@@ -23,7 +23,7 @@ class Running(unittest.TestCase):
         self.folder = folder.name
 
     def command(self, *arguments, program=None):
-        return [os.path.join(SCRIPTS, "studies.sh"), "--program", program or SURVEYMC, "--output", self.folder,
+        return [sys.executable, os.path.join(SCRIPTS, "surveymc"), "studies", "--program", program or SURVEYMC, "--output", self.folder,
                 "--threads", "1", *arguments]
 
     def go(self, *arguments, code=0, program=None):

@@ -27,7 +27,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
-COMMANDS = {"plot": "surveymc.plots", "report": "surveymc.report", "import_survey": "surveymc.importer", "studies": "surveymc.run_studies"}
+COMMANDS = {"plot": "surveymc.plots", "report": "surveymc.report", "import": "surveymc.importer", "studies": "surveymc.run_studies"}
 sys.path.insert(0, str(SCRIPTS))
 import surveymc  # noqa: E402
 from surveymc import whole_file  # noqa: E402
@@ -50,7 +50,7 @@ class Case(unittest.TestCase):
 
     def started(self, script, *arguments, code=0, **how):
         """A command as a user starts it."""
-        run = subprocess.run([SCRIPTS / f"{script}.sh", *arguments], cwd=self.folder, stderr=subprocess.PIPE, timeout=PATIENCE, **how)
+        run = subprocess.run([sys.executable, SCRIPTS / "surveymc", script, *arguments], cwd=self.folder, stderr=subprocess.PIPE, timeout=PATIENCE, **how)
         self.assertEqual(run.returncode, code, run.stderr.decode(errors="replace"))
         self.assertNotIn(b"Traceback", run.stderr)
         self.assertNotIn(b"Exception ignored", run.stderr)
@@ -138,8 +138,8 @@ def writers(folder):
             Writer("report", "page.html", "well.h5", "-o", "out/page.html", "--no-figures"),
             Writer(KEPT_FIGURES, "figures/well.svg"),
             Writer(KEPT_FIGURES, "figures/.well.figures.json"),
-            Writer("import_survey", "survey.csv", *survey, refuses=True),
-            Writer("import_survey", "survey.csv", *survey, "--overwrite")]
+            Writer("import", "survey.csv", *survey, refuses=True),
+            Writer("import", "survey.csv", *survey, "--overwrite")]
 
 
 class Writing(Case):
@@ -164,7 +164,7 @@ class Writing(Case):
                 self.assertIn(kept.name.encode(), err)
 
     def test_what_it_made_itself_is_replaced_until_somebody_changes_it(self):
-        for writer, target in self.each(lambda w: w.script != "import_survey"):
+        for writer, target in self.each(lambda w: w.script != "import"):
             self.go(writer.script, *writer.arguments)
             first = target.read_bytes()
             os.utime(target, (0, 0))
@@ -376,7 +376,7 @@ class Reading(Case):
         name = "w\x1b]0;title\x07\u202ell\x9b2J.h5"
         shutil.copy(os.path.join(SMOKE, "gross_error_detection.h5"), self.folder / name)
         for command in (["plot gross_error", name], ["report", name, "--no-figures"], ["report", name + "x"],
-                        ["import_survey", name], ["studies", "--only", name], ["plot gross_error", name, "--" + name]):
+                        ["import", name], ["studies", "--only", name], ["plot gross_error", name, "--" + name]):
             ours, theirs = pty.openpty()
             try:
                 self.go(*command, code=None, before=lambda: (os.dup2(theirs, 1), os.dup2(theirs, 2)))
@@ -398,7 +398,7 @@ class Output(Case):
         if not (self.folder / "well.h5").exists():
             writers(self.folder)
         return [["plot gross_error", "well.h5", "-o", "out"], ["plot", "well.h5", "-o", "out"],
-                ["report", "well.h5", "--no-figures"], ["import_survey", "in.csv", "--azimuth-reference", "grid"],
+                ["report", "well.h5", "--no-figures"], ["import", "in.csv", "--azimuth-reference", "grid"],
                 ["studies", "--list", "--only", "thesis/test4", "--program", SURVEYMC], ["scripts/check_layers.py"], ["tests/docs/check_docs.py", "--help"],
                 ["scripts/slurm/scale_plan.py", "--help"], ["plot difference", "--help"],
                 *([f"tests/bench/compare_peers/{n}.py", "--help"] for n in ("report", "revisions", "figures_of_merit", "numpy_reliability")),
@@ -419,7 +419,7 @@ class Output(Case):
 
     def test_errors_that_nobody_hears_keep_their_exit_code(self):
         with open("/dev/full", "wb") as full:
-            for command, code in ((["plot gross_error", "none.h5"], 65), (["report", "none.h5"], 65), (["import_survey", "none.csv"], 74),
+            for command, code in ((["plot gross_error", "none.h5"], 65), (["report", "none.h5"], 65), (["import", "none.csv"], 74),
                                   (["plot"], 64)):
                 for how in (lambda: os.dup2(full.fileno(), 2), lambda: os.close(2)):
                     self.go(*command, code=code, before=how)

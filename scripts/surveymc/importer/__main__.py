@@ -1,12 +1,12 @@
 """A survey, or six-axis readings, in another form to the CSV that surveymc reads.
 
-    surveymc-import FILE -o well.csv [options]               measured depth, inclination, azimuth (and toolface)
-    surveymc-import FILE --readings -o readings.csv         measured depth, Gx, Gy, Gz, Bx, By, Bz
+    surveymc import FILE -o well.csv [options]               measured depth, inclination, azimuth (and toolface)
+    surveymc import FILE --readings -o readings.csv         measured depth, Gx, Gy, Gz, Bx, By, Bz
 
 Reads text (separated by commas, semicolons, tabs, bars or spaces; reports of fixed columns; UTF-8, UTF-16, Latin-1), LAS 1.2
 and 2.0, WITSML trajectories 1.3.1, 1.4.1 and 2.x, and Excel (.xlsx). It says what it took. What can be read in two ways it
 does not guess: an option says. Digits are carried over as they stand. Exit codes: 0 done, 64 usage, 65 bad data, 74 cannot
-read or write. Without -o nothing is written. In the source tree the command is scripts/import_survey.sh.
+read or write. Without -o nothing is written.
 """
 
 import argparse
@@ -28,7 +28,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         unknown = re.search(r"unrecognized arguments: (--[\w-]+)", message)
         near = unknown and nearest(unknown[1], self._option_string_actions, 0.7)
-        raise Problem(f"surveymc-import: {message}{f'; did you mean {near}?' if near else ''}; --help shows all", USAGE)
+        raise Problem(f"surveymc import: {message}{f'; did you mean {near}?' if near else ''}; --help shows all", USAGE)
 
 
 def pairs(value):
@@ -53,7 +53,7 @@ def line_set(value):
 
 
 def arguments(given):
-    p = Parser(prog="surveymc-import", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    p = Parser(prog="surveymc import", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
     p.add_argument("file", metavar="FILE")
     p.add_argument("-o", "--output", metavar="OUT.csv")
     p.add_argument("--overwrite", action="store_true", help="replace OUT.csv if it exists")
@@ -193,7 +193,7 @@ def main():
 
 
 def command():
-    streams.run(main, "surveymc-import")
+    streams.run(main, "surveymc import")
 
 
 if __name__ == "__main__":

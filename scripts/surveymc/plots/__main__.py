@@ -1,10 +1,9 @@
 """Draws the figures of a result, whatever its experiment.
 
-    surveymc-plot RESULT.h5 [-o FOLDER] [--point N]     all that studies.toml names for the experiment
-    surveymc-plot DRAWER RESULT.h5 [options]            those of one drawer, with its own options (DRAWER --help)
+    surveymc plot RESULT.h5 [-o FOLDER] [--point N]     all that studies.toml names for the experiment
+    surveymc plot DRAWER RESULT.h5 [options]            those of one drawer, with its own options (DRAWER --help)
 
 Prints the paths of the figures. Figures that show one sweep point are drawn of the first one, or of that given with --point.
-In the source tree the command is scripts/plot.sh.
 """
 
 import argparse
@@ -53,7 +52,7 @@ def command():
         runner.start(sys.argv[1], sys.argv[2:])
     elif len(sys.argv) > 2 and sys.argv[1].isidentifier() and not os.path.exists(sys.argv[1]):
         near = nearest(sys.argv[1], drawers())
-        print(f"surveymc-plot: {sys.argv[1]}: no drawer has this name: "
+        print(f"surveymc plot: {sys.argv[1]}: no drawer has this name: "
               + (f"did you mean {near}?" if near else f"there are {', '.join(drawers())}"), file=sys.stderr)
         sys.exit(USAGE)
     else:

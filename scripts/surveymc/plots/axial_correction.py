@@ -1,6 +1,6 @@
 """Figures of an axial_correction result, PNG and SVG next to it.
 
-    plot.sh axial_correction RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot axial_correction RESULT.h5 [-o FOLDER] [--point I]
 
 <stem>_maps      error of the azimuth by the constant errors (if there are any), and its standard deviation, over
                  inclination and azimuth: a column for each method; hatched where there is no solution

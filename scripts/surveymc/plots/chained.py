@@ -1,6 +1,6 @@
 """Figures of a chained multistation study; PNG and SVG next to the result.
 
-    plot.sh chained RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot chained RESULT.h5 [-o FOLDER] [--point I]
 
 study "performance": RMS errors along the stations with the published values (_rms), biases of the first run and their
 estimates (_tracks), z-scores, NEES and cost against theory (_consistency). "outliers": what is found and blamed, and
@@ -271,7 +271,7 @@ def run_figure(title, parameters, stations, tests):
 def draw_estimate(file, folder, stem, arguments):
     tables = {n: reading.read_table(file, n) for n in ("parameters", "stations", "tests", "modes")}
     if tables["modes"] is None:
-        raise reading.PlotError(f"{file.filename}: not of the chained estimator: draw it with plot.sh estimate")
+        raise reading.PlotError(f"{file.filename}: not of the chained estimator: draw it with surveymc plot estimate")
     config, title = reading.configuration(file), wording.title_of(file)
     keys = reading.sweep_keys(config, tables["parameters"])
     points = reading.sweep_points(tables["parameters"], keys)

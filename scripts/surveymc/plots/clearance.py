@@ -1,6 +1,6 @@
 """Figures of a clearance result: how safely does a well pass the wells around it?
 
-    plot.sh clearance RESULT.h5 [-o FOLDER] [--point I] [--sigma K]
+    surveymc plot clearance RESULT.h5 [-o FOLDER] [--point I] [--sigma K]
 
 <stem>_ladder      centre distance, hole radii and K sigma (k of the separation rule) against depth, one strip an offset
 <stem>_separation  separation factor against depth, one panel an offset, a line a formulation, line at 1

@@ -1,6 +1,6 @@
 """Figures of a collision or rare_event result, or of a run of events: how likely is it, and how far to be trusted?
 
-    plot.sh collision RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot collision RESULT.h5 [-o FOLDER] [--point I]
 """
 
 import matplotlib.pyplot as plt

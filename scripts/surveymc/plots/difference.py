@@ -1,6 +1,6 @@
 """Draw which values of two results differ: z of every value that chance can move, with the limit for all of them together.
 
-    plot.sh difference A.h5 B.h5 [-o FOLDER]
+    surveymc plot difference A.h5 B.h5 [-o FOLDER]
 
 Asks `surveymc diff`. z = difference over its standard error; beyond the lines a value differs among all of them (Bonferroni,
 the first step of Holm's procedure). Only for results of other seeds: the same draws have no chance in them.

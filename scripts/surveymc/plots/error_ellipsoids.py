@@ -1,7 +1,7 @@
 """Figure 7 of the thesis: the cloud of final positions with the 3-sigma ellipsoids of the propagations.
 
 Projections on north-east, north-vertical and east-vertical, a view in three dimensions, and the hole's own axes at the
-last station (high side, lateral, along hole; thesis eq 48). Drawn by plot.sh thesis.
+last station (high side, lateral, along hole; thesis eq 48). Drawn by surveymc plot thesis.
 
 In a plane well azimuth errors do not move the vertical to first order: the predicted ellipsoids are flat there, or even
 lines, and are drawn as such.

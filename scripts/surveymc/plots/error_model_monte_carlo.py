@@ -1,6 +1,6 @@
 """Figures of an error_model_monte_carlo result: where the covariance of an error model is that of the position errors.
 
-    plot.sh error_model_monte_carlo RESULT.h5 [-o FOLDER] [--md DEPTH]
+    surveymc plot error_model_monte_carlo RESULT.h5 [-o FOLDER] [--md DEPTH]
 
 <stem>_ratio     Monte-Carlo over predicted standard deviation along the predicted axes, against the size of the errors
 <stem>_cloud     realisations with the 1, 2, 3-sigma ellipses of minimum_curvature, in plan and in the vertical section

@@ -1,6 +1,6 @@
 """Figures of an estimate result: what a run of six-axis readings says of the tool, the survey, and its own quality.
 
-    plot.sh estimate RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot estimate RESULT.h5 [-o FOLDER] [--point I]
 
 <stem>_residuals     total field and dip less the reference, before and after the correction, and the normalised residuals
 <stem>_parameters    gains and biases with their intervals, and what of them the sensors' noise and the reference make
@@ -218,7 +218,7 @@ def main():
         config = reading.configuration(file)
         title = wording.title_of(file)
         if reading.read_table(file, "modes") is not None:
-            raise PlotError(f"{arguments.result}: of the chained estimator: draw it with plot.sh chained")
+            raise PlotError(f"{arguments.result}: of the chained estimator: draw it with surveymc plot chained")
         tables = {n: reading.read_table(file, n) for n in TABLES}
     for name, table in tables.items():
         if table is None or (table.rows == 0 and name != "warnings"):

@@ -1,4 +1,4 @@
-"""Figures that compare estimators over the tests of the thesis; drawn by plot.sh thesis."""
+"""Figures that compare estimators over the tests of the thesis; drawn by surveymc plot thesis."""
 
 import re
 

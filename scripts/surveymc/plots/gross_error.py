@@ -1,6 +1,6 @@
 """Figures of a gross-error study: detection curves, or rates by strategy; PNG and SVG next to the result.
 
-    plot.sh gross_error RESULT.h5 [-o FOLDER]
+    surveymc plot gross_error RESULT.h5 [-o FOLDER]
 
 With a sweep over `factor` (configs/gross_error/curve.toml): detection and identification against the size of the error,
 one panel a case; points are Monte Carlo with their intervals, lines are predictions, the designed power is marked.
@@ -147,7 +147,7 @@ def main():
         title = wording.title_of(file)
         table = reading.read_table(file, "detection")
     if table is None or not table.rows:
-        raise reading.PlotError(f"{arguments.result}: has no table 'detection': a run of events is drawn by plot.sh collision")
+        raise reading.PlotError(f"{arguments.result}: has no table 'detection': a run of events is drawn by surveymc plot collision")
     keys = reading.sweep_keys(config, table)
     curves = "factor" in keys and len(set(table["factor"])) > 3
     if curves:  # the diamond is at the factor 1, whatever factors are swept

@@ -1,6 +1,6 @@
 """Figures of a drift_monitoring or mwd_drift result: which sensors drift, when the monitors say so, and whom they blame.
 
-    plot.sh monitoring RESULT.h5 [-o FOLDER] [--point I] [--sensors NAME ...]
+    surveymc plot monitoring RESULT.h5 [-o FOLDER] [--point I] [--sensors NAME ...]
 
 <stem>_predictions   readings, truth and what each monitor takes for the correct reading (figures 4 and 7 of the source)
 <stem>_decisions     drift estimate or residual of each monitor, its alarms shaded (figures 5, 6, 8 and 9)

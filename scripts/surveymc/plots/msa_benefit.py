@@ -1,6 +1,6 @@
 """Figures of an msa_benefit result: in which directions does MSA make a survey better, and where worse?
 
-    plot.sh msa_benefit RESULT.h5 [-o FOLDER]
+    surveymc plot msa_benefit RESULT.h5 [-o FOLDER]
 
 <stem>_azimuth_ratio   sd of azimuth after MSA over that before, for every direction of the hole
 <stem>_lateral_ratio   the same of the last position to the side of the hole

@@ -1,6 +1,6 @@
 """Figures of an msa_position result: how large are the errors MSA leaves, and which propagation predicts them?
 
-    plot.sh msa_position RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot msa_position RESULT.h5 [-o FOLDER] [--point I]
 
 <stem>_position      final positions of the realisations with sample and predicted error ellipses
 <stem>_parameters    gains and biases: input, mean estimate, 3-sigma intervals (figure 6 of the thesis)

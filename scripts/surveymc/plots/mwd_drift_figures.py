@@ -1,4 +1,4 @@
-"""Figures of an mwd_drift result, for plot.sh monitoring.
+"""Figures of an mwd_drift result, for surveymc plot monitoring.
 
 <stem>_tracks      one well: channels with the SPRT's alarms shaded, biases that the filter estimates with 2-sigma bands
 <stem>_detection   share of wells with an alarm up to a depth, with and without drift, every point of the sweep

@@ -1,6 +1,6 @@
 """Figures of a position_covariance result: how uncertain is a well along its length, and which errors make it so?
 
-    plot.sh position_covariance RESULT.h5 [-o FOLDER] [--point I] [--sigma K] [--magnify F]
+    surveymc plot position_covariance RESULT.h5 [-o FOLDER] [--point I] [--sigma K] [--magnify F]
 
 <stem>_along     standard deviations along the well: high side, lateral, along hole; horizontal ellipse and vertical
 <stem>_sources   variance by error source, stacked: of the horizontal position and of the vertical

@@ -1,6 +1,6 @@
 """The map of a refined sweep: cells of uneven size, coloured by the quantity of [refine], and the boundary.
 
-    plot.sh refined RESULT.h5 [-o FOLDER]
+    surveymc plot refined RESULT.h5 [-o FOLDER]
 
 RESULT.h5 is a merged result of all rounds (scripts/slurm/refine.sh). One panel for each value of the keys that [refine] does
 not divide; two axes. A cell is drawn where a rectangle has no point inside it, in the mean colour of its corners; the black line

@@ -1,6 +1,6 @@
 """Figures of a reliability map: minimal detectable error beside its effect, PNG and SVG next to the result.
 
-    plot.sh reliability RESULT.h5 [-o FOLDER] [--observation NAME] [--effect azimuth|inclination|toolface]
+    surveymc plot reliability RESULT.h5 [-o FOLDER] [--observation NAME] [--effect azimuth|inclination|toolface]
 
 Two axes with more than one value: filled contours with labelled levels, one row of panels for each value of what varies
 besides; hatched where the error is never detected (infinite), a dashed line where the effect passes the tolerance. One

@@ -1,4 +1,4 @@
-"""Panels and figures of reliability maps, for plot.sh reliability."""
+"""Panels and figures of reliability maps, for surveymc plot reliability."""
 import os
 import re
 

@@ -1,6 +1,6 @@
 """Along a well: what the smallest error that is found, in one reading, does to the final position, without linearisation.
 
-    plot.sh reliability_well RESULT.h5 [-o FOLDER]
+    surveymc plot reliability_well RESULT.h5 [-o FOLDER]
 
 A panel for each point of the sweep, over measured depth, PNG and SVG next to the result. Rings: the station where an
 error in that observation matters most. Pale crosses: what linear theory says where it is off by more than 20 %. A gap: an

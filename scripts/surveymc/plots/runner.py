@@ -13,7 +13,7 @@ from .. import streams
 from ..arguments import USAGE
 from .reading import Saved
 
-COMMAND = "surveymc-plot"
+COMMAND = "surveymc plot"
 
 
 @dataclasses.dataclass

@@ -1,6 +1,6 @@
 """Which inputs of a sweep explain a quantity: the table `sensitivity` of a result.
 
-    plot.sh sensitivity RESULT.h5 [-o FOLDER]
+    surveymc plot sensitivity RESULT.h5 [-o FOLDER]
 
 RESULT.h5 is a run of a config with [sensitivity] (configs/sweeps/global_reference.toml). One figure a quantity: the share of
 every key, alone and with its pairs, with intervals; and the quantity against the four keys that explain most, its median and

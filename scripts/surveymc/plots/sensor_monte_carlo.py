@@ -1,6 +1,6 @@
 """Figures of a sensor_monte_carlo result: does the covariance model predict the spread, and up to which errors?
 
-    plot.sh sensor_monte_carlo RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot sensor_monte_carlo RESULT.h5 [-o FOLDER] [--point I]
 
 <stem>_axes       predicted over Monte-Carlo standard deviation along the three axes of the predicted ellipsoid: against
                   the size of the errors if the run sweeps sensor_errors.multiplier, otherwise against measured depth

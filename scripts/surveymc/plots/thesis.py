@@ -1,6 +1,6 @@
 """Figures and text tables of the study of S. Vis (TU Delft 2019) that span its tests: configs/thesis/*.toml.
 
-    plot.sh thesis RESULT.h5 [-o FOLDER]
+    surveymc plot thesis RESULT.h5 [-o FOLDER]
 
 What the result has decides what is drawn, each as PNG and SVG:
 <stem>_hypotheses        noise_hypotheses.toml: which reading of the noise reproduces table 5
@@ -10,7 +10,7 @@ What the result has decides what is drawn, each as PNG and SVG:
 <stem>_ellipsoid_<case>  table8.toml: figure 7 of the thesis (error_ellipsoids)
 
 Rankings and comparisons with published values are printed too. Figures of single points, and of the noise scale, are
-plot.sh msa_position's.
+surveymc plot msa_position's.
 """
 
 import matplotlib.pyplot as plt
@@ -223,5 +223,5 @@ def main():
             if table and "published" in table:
                 published_text(table, keys)
     if not figures and not any(t and "published" in t and np.any(np.isfinite(t["published"])) for t in tables.values()):
-        raise PlotError(f"{arguments.result}: nothing that spans the thesis' tests: see plot.sh msa_position")
+        raise PlotError(f"{arguments.result}: nothing that spans the thesis' tests: see surveymc plot msa_position")
     saving.save_all(figures, arguments)

@@ -1,6 +1,6 @@
 """Figures of survey tools beside each other, PNG and SVG next to the result.
 
-    plot.sh tool_codes RESULT.h5 [-o FOLDER] [--point I] [--md M] [--order sd|family] [--reference MODEL]
+    surveymc plot tool_codes RESULT.h5 [-o FOLDER] [--point I] [--md M] [--order sd|family] [--reference MODEL]
 
 Of a tool_code_map result:
 <stem>_maps     lateral standard deviation over inclination and azimuth, a panel a model, one colour scale; blank where the

@@ -1,6 +1,6 @@
 """Figures of a vertical_well result: Hanak's memo, figures 1 and 2, and how every formulation does.
 
-    plot.sh vertical_well RESULT.h5 [-o FOLDER] [--point I]
+    surveymc plot vertical_well RESULT.h5 [-o FOLDER] [--point I]
 
 <stem>_ellipses    last positions of the realisations with the 1-sigma ellipses, and the same without realisations
 <stem>_ratio       predicted over Monte-Carlo standard deviation along both axes, every formulation, every sweep point

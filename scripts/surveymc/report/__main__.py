@@ -1,6 +1,6 @@
 """One page with all results: summary sentences, figures, comparison tables, drawings to play with.
 
-    surveymc-report [RESULT.h5 | FOLDER ...] [-o REPORT.html] [--base FOLDER] [--figures FOLDER] [--jobs N] [--no-figures]
+    surveymc report [RESULT.h5 | FOLDER ...] [-o REPORT.html] [--base FOLDER] [--figures FOLDER] [--jobs N] [--no-figures]
                     [--note TEXT]
 
 Reads the result files that are named, or all of a folder and its folders (results/, without its quick/), draws their
@@ -22,7 +22,7 @@ from ..plots.runner import Drawn
 from ..result import holm_limit
 from . import figures, headlines, page, text
 
-MAKER = "surveymc-report"  # of the page, which only a page of it replaces
+MAKER = "surveymc report"  # of the page, which only a page of it replaces
 
 
 def is_kept_old(name, beside):
@@ -56,7 +56,7 @@ def read_all(paths):
         try:
             results.append(surveymc.Result(path))  # its warnings are on the page
         except surveymc.ResultError as error:
-            print(f"surveymc-report: left out: {error}", file=sys.stderr)
+            print(f"surveymc report: left out: {error}", file=sys.stderr)
     if not results:
         raise PlotError("no result file could be read")
     return results
@@ -97,7 +97,7 @@ def make(results, base, folder, jobs, note, progress):
             sentence = headlines.sentence(result, counts)
         except (surveymc.ResultError, *storage.DAMAGE) as error:  # opened, but not whole
             reason = " ".join(str(error).split()).removeprefix(f"{result.path}: ")
-            print(f"surveymc-report: left out: {result.path}: {reason}", file=sys.stderr)
+            print(f"surveymc report: left out: {result.path}: {reason}", file=sys.stderr)
             left_out += 1
             continue
         if not groups or groups[-1][0].experiment != study.experiment:
@@ -151,13 +151,13 @@ def main():
         for message in figure.kept:
             print(message, file=sys.stderr)
         for message in figure.broken:
-            print(f"surveymc-report: a drawer failed: {message}", file=sys.stderr)
+            print(f"surveymc report: a drawer failed: {message}", file=sys.stderr)
     codes = {figure.code for figure in drawn if figure.broken}
     return streams.CANNOT_WRITE if streams.CANNOT_WRITE in codes else 1 if codes else 0
 
 
 def command():
-    streams.run(main, "surveymc-report")
+    streams.run(main, "surveymc report")
 
 
 if __name__ == "__main__":
