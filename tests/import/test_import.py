@@ -470,8 +470,8 @@ class Pairing(Case):
         self.assertIn("depths decrease from 1060.55 (line 2) to 1000.10 (line 4): read from the bottom up", self.gives(table(rows=STATIONS[::-1]), METRES))
 
     def test_forms_that_are_not_read(self):
-        self.refused('[{"md": 1, "inc": 2}]', "is JSON")
-        self.refused('{"stations": [[1, 2, 3]]}', "is JSON")
+        self.refused('[{"md": 1, "inc": 2}]', "is JSON: a survey must be a table")
+        self.refused('{"stations": [[1, 2, 3]]}', "is JSON", "for six-axis readings: --readings")
         for page in "<html><body><table><tr><td>1</td></tr></table></body></html>", "<!DOCTYPE html>\n<p>", "<table><tr><td>MD</table>":
             self.refused(page, "is HTML", ".xlsx or CSV", name="in.xls")
         self.refused('<?xml version="1.0"?><Workbook xmlns="urn:schemas-microsoft-com:office:spreadsheet"/>', "Excel 2003")
@@ -754,7 +754,7 @@ class Readings(Case):
         code, said, _ = self.run_on(table(";", self.HEAD, self.ROWS), "--readings", "--gravity-unit", "g", "--field-unit", "nT")
         self.assertEqual(code, 0, said)
         self.refused(self.make("mps2", "nT"), "g long: must be in (0.5, 2)", "--gravity-unit", options=["--readings"])
-        self.refused(self.make("g", "uT"), "uT long: must be in (10, 120)", options=["--readings"])
+        self.refused(self.make("g", "uT"), "uT long: must be in (5, 300)", options=["--readings"])
         self.refused(self.make("g", "nT").replace("Gy (g)", "Gy (mps2)"), "three axes must have one", options=["--readings"])
         self.refused(self.make("g", "nT").replace("Gx", "-Gx"), "'-Gx (g)'", "must name", options=["--readings"])
         self.refused(self.make("g", "nT"), "have no angles", options=["--readings", "--azimuth-reference", "grid"], code=64)
@@ -766,6 +766,49 @@ class Readings(Case):
         self.assertEqual([line.split(",")[0] for line in written.splitlines()], ["md_m", "100.0", "100.0"])
         self.assertIn("1 rows repeat", said)
         self.refused(self.make("g", "nT", [self.ROWS[1], self.ROWS[0]]), "md_m = 100.0: must be greater", options=["--readings"])
+
+
+    def test_without_a_header(self):
+        text = "49.999,-0.25,0.01,0.95,-8057,802,60512\n70.5,-0.20,-0.012,0.96,5685,-5197,60163\n"
+        self.gives(text, "md_m,gx_mg,gy_mg,gz_mg,bx_nT,by_nT,bz_nT\n49.999,-250,10,950,-8057,802,60512\n70.5,-200,-12,960,5685,-5197,60163\n",
+                   "--readings", "--columns", "md=1,gx=2,gy=3,gz=4,bx=5,by=6,bz=7", "--depth-unit", "m", "--gravity-unit", "g", "--field-unit", "nT",
+                   says=["no header, rows from line 1"])
+
+
+class Json(Case):
+    SHOTS = '{"mag": [[-17.25, -2.050, 47.025], [-17.425, 40.7375, 4.9875]], "grav": [[1.38, 0.05, -9.55], [-9.72, 0.13, -0.13]]}'
+    HEAD = "md_m,gx_mps2,gy_mps2,gz_mps2,bx_uT,by_uT,bz_uT\n"
+    OPTIONS = ["--readings", "--gravity-unit", "mps2", "--field-unit", "uT", "--depth-step", "0.5"]
+
+    def test_shots(self):
+        said = self.gives(self.SHOTS, self.HEAD + "0.5,1.38,0.05,-9.55,-17.25,-2.050,47.025\n1.0,-9.72,0.13,-0.13,-17.425,40.7375,4.9875\n", *self.OPTIONS,
+                          says=["JSON", "header: grav, mag"])
+        self.assertIn("warning: in.csv: has no measured depth: made up, 0.5 m from shot to shot", said)
+
+    def test_axes(self):
+        self.gives(self.SHOTS, self.HEAD + "0.5,-0.05,-1.38,-9.55,-17.25,-2.050,-47.025\n1.0,-0.13,9.72,-0.13,-17.425,40.7375,-4.9875\n", *self.OPTIONS,
+                   "--axes", "g=-y-x+z,b=+x+y-z", says=["accelerometers x, y, z are -y, -x, +z of the file"])
+        for wrong in "g=-y-y+z", "g=xyz", "a=+x+y+z":
+            with self.assertRaises(Problem) as caught:
+                import_survey.arguments(["in.csv", *self.OPTIONS, "--axes", wrong])
+            self.assertIn("three axes with signs", str(caught.exception))
+
+    def test_flat_lists_that_are_longer_than_their_shots(self):
+        content = '{"shots": {"mag": [6.5, -72, -94, NaN], "grav": [-6.2, -0.3, -7.7, NaN]}, "axes": {"mag": [4, 0, 2], "accel": [3, 4, 5]}}'
+        self.refused(content, "2 lists are accelerometers (shots.grav, axes.accel): must be one", "--columns g=NAME", options=self.OPTIONS)
+        self.gives(content, self.HEAD + "0.5,-6.2,-0.3,-7.7,6.5,-72,-94\n", *self.OPTIONS, "--columns", "g=shots.grav,b=shots.mag")
+        self.refused(content, "--columns: g=grav: must be one of shots.mag, shots.grav", options=[*self.OPTIONS, "--columns", "g=grav,b=shots.mag"], code=64)
+        self.refused(content.replace("-94, NaN", "-94, 1"), "shots.mag: 4 numbers: must be three a shot", options=[*self.OPTIONS, "--columns", "g=shots.grav,b=shots.mag"])
+
+    def test_refused(self):
+        self.refused(self.SHOTS, "no measured depth", "--depth-step METRES", options=self.OPTIONS[:-2])
+        self.refused(self.SHOTS.replace("-2.050", "NaN"), "shot 1: by has no value", "--skip-lines 1", options=self.OPTIONS)
+        self.refused(self.SHOTS.replace("-2.050", "1e999"), "mag: shot 1 = '1e999': must be a number", options=self.OPTIONS)
+        self.refused(self.SHOTS.replace(", [-9.72, 0.13, -0.13]", ""), "grav has 1 shots, mag 2: must be as many", options=self.OPTIONS)
+        self.refused(self.SHOTS[:-3], "line 1", "must be JSON from here on", options=self.OPTIONS)
+        self.refused(self.SHOTS.replace("grav", "shake"), "no list is named as accelerometers", "--columns g=NAME", options=self.OPTIONS)
+        self.refused("[" * 100_000 + "1", "in.csv", options=self.OPTIONS)
+        self.refused(Readings().make("g", "nT"), "--depth-step: is for JSON", options=["--readings", "--depth-step", "1"], code=64)
 
 
 class Checks(Case):

@@ -4,7 +4,7 @@
     surveymc import FILE --readings -o readings.csv         measured depth, Gx, Gy, Gz, Bx, By, Bz
 
 Reads text (separated by commas, semicolons, tabs, bars or spaces; reports of fixed columns; UTF-8, UTF-16, Latin-1), LAS 1.2
-and 2.0, WITSML trajectories 1.3.1, 1.4.1 and 2.x, and Excel (.xlsx). It says what it took. What can be read in two ways it
+and 2.0, WITSML trajectories 1.3.1, 1.4.1 and 2.x, Excel (.xlsx), and JSON of readings. It says what it took. What can be read in two ways it
 does not guess: an option says. Digits are carried over as they stand. Exit codes: 0 done, 64 usage, 65 bad data, 74 cannot
 read or write. Without -o nothing is written.
 """
@@ -17,7 +17,7 @@ import sys
 
 from .. import streams
 from ..arguments import nearest
-from . import checks, columns, doubts, excel, las, listed, output, stations, text, witsml
+from . import axes, checks, columns, doubts, excel, json_readings, las, listed, output, stations, text, witsml
 from .problem import DATA, USAGE, Problem, as_keys, shown
 
 MOST_SECONDS = 20  # of the processor
@@ -42,6 +42,16 @@ def pairs(value):
     return found
 
 
+def step(value):
+    try:
+        metres = float(value)
+    except ValueError:
+        metres = 0.0
+    if not 0.001 <= metres <= 1000:
+        raise argparse.ArgumentTypeError(f"'{shown(value)}': must be a number of metres in [0.001, 1000]")
+    return metres
+
+
 def line_set(value):
     found = set()
     for part in value.split(","):
@@ -62,11 +72,14 @@ def arguments(given):
     p.add_argument("--angle-unit", choices=["deg", "rad", "gon"])
     p.add_argument("--gravity-unit", choices=["g", "mg", "mps2"], help="of accelerometers")
     p.add_argument("--field-unit", choices=["nT", "uT", "gauss", "mgauss"], help="of magnetometers")
+    p.add_argument("--axes", type=axes.turns, default={}, metavar="g=+x+y-z,b=..",
+                   help="tool axes x, y, z of accelerometers (g) and magnetometers (b) as axes of the file; default +x+y+z")
+    p.add_argument("--depth-step", type=step, metavar="METRES", help="made-up depths of readings that have none (JSON)")
     p.add_argument("--azimuth-reference", choices=["true", "magnetic", "grid"])
     p.add_argument("--toolface-zero", choices=["x", "y"], help="tool axis that toolface is measured from")
     p.add_argument("--no-toolface", action="store_true", help="leave a toolface column out")
     p.add_argument("--decimal", choices=["point", "comma"])
-    p.add_argument("--columns", type=pairs, default={}, metavar="md=..,inc=..", help="numbers from 1, or headings")
+    p.add_argument("--columns", type=pairs, default={}, metavar="md=..,inc=..", help="numbers from 1, or headings; of JSON g=.., b=..: names of lists")
     p.add_argument("--skip-lines", type=line_set, default=set(), metavar="12,15-20", help="lines (rows of a sheet) to leave out")
     p.add_argument("--sheet", help="of a workbook")
     p.add_argument("--trajectory", help="of a WITSML file with several: name, uid or number; of a table with a column of wells: the well")
@@ -80,8 +93,8 @@ def arguments(given):
     options.name = shown(options.for_program or options.file)
     if options.readings and (options.azimuth_reference or options.angle_unit or options.toolface_zero):
         p.error("--readings have no angles: must be without --azimuth-reference, --angle-unit and --toolface-zero")
-    if not options.readings and (options.gravity_unit or options.field_unit):
-        p.error("--gravity-unit and --field-unit are for --readings")
+    if not options.readings and (options.gravity_unit or options.field_unit or options.axes or options.depth_step):
+        p.error("--gravity-unit, --field-unit, --axes and --depth-step are for --readings")
     return options
 
 
@@ -103,10 +116,14 @@ def read_table(data, options):
             raise Problem(f"{file}: is an XML spreadsheet of Excel 2003: must be .xlsx; save it as .xlsx or CSV")
         if string.lstrip().startswith("<"):
             kind, encoding, table = "WITSML", "", witsml.read(data, file, options)
+        elif json_readings.is_json(string):
+            kind, table = "JSON", json_readings.read(string, file, options)
         elif las.is_las(string):
             kind, table = "LAS", las.read(string, file, options)
         else:
             kind, table = "text", text.read(string, file, options)
+    if options.depth_step and kind != "JSON":
+        raise Problem(f"--depth-step: is for JSON, which has no depths: {file} is {table.form}", USAGE)
     if options.sheet and kind != "Excel":
         raise Problem(f"--sheet: is for Excel: {file} is {table.form}", USAGE)
     return table, encoding
@@ -148,6 +165,8 @@ def run(options):
     table, encoding = read_table(data, options)
     chosen, reference = columns.choose(table, options.name, options)
     found = stations.collect(table, chosen, options, options.name, reference)
+    axes.turn(found, options.axes)
+    table.notes += axes.said(options.axes)
     doubtful = table.warnings + doubtful_things(table, chosen, found, options)
     if options.for_program:  # which checks the survey itself
         print(output.for_program(options.name, table, chosen, found, reference, doubtful, encoding, options), end="")

@@ -100,8 +100,8 @@ def readings(stations, file, options):
         if not 0.5 < g < 2:
             raise Problem(f"{file}:{place}: gx, gy, gz: their vector is {g:.4g} g long: must be in (0.5, 2): is the unit right "
                           "(--gravity-unit), are the columns (--columns)?")
-        if not 10 < b < 120:
-            raise Problem(f"{file}:{place}: bx, by, bz: their vector is {b:.4g} uT long: must be in (10, 120): is the unit right "
+        if not 5 < b < 300:  # instruments that nobody has calibrated read twice the field
+            raise Problem(f"{file}:{place}: bx, by, bz: their vector is {b:.4g} uT long: must be in (5, 300): is the unit right "
                           "(--field-unit), are the columns (--columns)?")
     return warnings, sum(b[0] == a[0] for a, b in zip(stations.values, stations.values[1:]))
 

@@ -65,7 +65,8 @@ def few(places, most=6):
 def account(file, table, chosen, stations, reference, facts, encoding, options):
     """What was read and how, line by line."""
     unit = {"mps2": "m/s2"}
-    out = [f"{file}: {table.form}{', ' + encoding if encoding else ''}, decimal {stations.mark}; header: {table.header_place}"]
+    header = f"header: {table.header_place}" if any(table.headings) else f"no header, rows from {table.header_place}"
+    out = [f"{file}: {table.form}{', ' + encoding if encoding else ''}, decimal {stations.mark}; {header}"]
     for role, head in zip(stations.roles, stations.heads):
         c = chosen[role]
         name = unit.get(c.unit, c.unit)

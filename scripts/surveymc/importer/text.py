@@ -402,8 +402,6 @@ def closed_quotes(lines):
 
 def read(text, file, options):
     lines = lines_of(text)
-    if re.match(r"\s*[\[{]\s*[\"\[{\d]", text):
-        raise Problem(f"{file}: is JSON: must be a table of text, LAS, WITSML or Excel; write it as CSV")
     if not text.strip():
         raise Problem(f"{file}: is empty: must hold a header and rows of stations")
     check_size(lines, file)
