@@ -2,6 +2,7 @@
 
 import math
 import os
+import textwrap
 
 import matplotlib
 import matplotlib.patheffects
@@ -178,9 +179,46 @@ def margin_handle(margin, largest=None):
 
 
 def heading(figure, title, text):
-    """Title, and below it a text that says what is drawn and from how many trials."""
-    figure.suptitle(title, x=0.02, y=0.985, ha="left")
-    figure.text(0.02, 0.985 - 0.38 / figure.get_figheight(), text, ha="left", va="top", linespacing=1.35)
+    """Title, and below it a text that says what is drawn and from how many trials.
+
+    In a figure of constrained layout, lines that are too long are broken, and the panels leave room for all.
+    """
+    engine, high = figure.get_layout_engine(), figure.get_figheight()
+    if engine is not None:
+        wide = 0.96 * 72 * figure.get_figwidth()  # points; a letter of the title has 7.6, one of the text 5.6
+        title = "\n".join(textwrap.wrap(title, int(wide / 7.6), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}"))
+        text = "\n".join(line for given in text.split("\n") for line in textwrap.wrap(given, int(wide / 5.6)))
+        engine.set(rect=(0, 0, 1, 1 - (0.2 * (title.count("\n") + 1) + (0.19 * (text.count("\n") + 1) if text else 0) + 0.14) / high))
+    figure.suptitle(title, x=0.02, y=1 - 0.08 / high if engine else 0.985, ha="left", va="top")
+    if engine is not None:  # it would take its room a second time
+        figure._suptitle.set_in_layout(False)
+    top = 0.985 if engine is None else 1 - (0.08 + 0.2 * title.count("\n")) / high
+    figure.text(0.02, top - (0.38 if engine is None else 0.27) / high, text, ha="left", va="top", linespacing=1.35)
+
+
+def panels(count, size=(3.6, 2.9), columns=None, least_wide=6.4, **options):
+    """A figure of so many panels beside and below each other: (figure, list of axes). size: of a panel (in).
+
+    The last row may be shorter. Matplotlib's constrained layout gives the panels their places.
+    """
+    columns = columns or (count if count <= 3 else 2 if count == 4 else 3 if count <= 9 else 4)
+    rows = -(-count // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(max(size[0] * columns, least_wide), size[1] * rows + 0.8), squeeze=False,
+                                layout="constrained", **options)
+    for spare in axes.flat[count:]:
+        spare.remove()
+    return figure, list(axes.flat[:count])
+
+
+def legend_below(figure, handles, **options):
+    """A legend below all panels of a figure of constrained layout; heading() comes first."""
+    legend = figure.legend(handles=handles, loc="lower center", ncols=legend_columns(figure, handles), **options)
+    legend.set_in_layout(False)
+    engine = figure.get_layout_engine()
+    share = legend.get_window_extent(figure.canvas.get_renderer()).height / figure.bbox.height
+    left, bottom, wide, high = engine.get()["rect"]
+    engine.set(rect=(left, share, wide, bottom + high - share))
+    return legend
 
 
 def plain_log_axis(axis, low, high):
