@@ -16,6 +16,7 @@ import matplotlib
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MultipleLocator
 
 from . import drawing, reading, saving, wording
 from .reading import PlotError
@@ -132,15 +133,26 @@ def nearest_azimuths(azimuth, table):
     return [found[i] for i in sorted({0, len(found) // 2, len(found) - 1})]
 
 
+def are_alike(values, j):
+    """Whether all methods have the same curve at azimuth j, but for where one has no solution."""
+    of_cut = values[:, :, j]
+    size = np.where(np.isfinite(of_cut), of_cut, np.nanmedian(of_cut[np.isfinite(of_cut)]) if np.isfinite(of_cut).any() else 0)
+    return np.max(np.ptp(size, axis=0) - 0.01 * np.min(size, axis=0)) < ROUNDING
+
+
 def curves_figure(title, methods, inclination, azimuth, error, sd, table, given):
-    cuts = nearest_azimuths(azimuth, table)
-    drawn = None  # points of Monte Carlo: there may be none at the azimuths of the maps
     wrong = bool(np.any(error[np.isfinite(error)] > ROUNDING))
     maps = [error, sd] if wrong else [sd]
-    high = 2.2 + 2.7 * len(maps)
-    figure, grid = plt.subplots(len(maps), len(cuts), figsize=(max(8.2, 1.2 + 3.5 * len(cuts)), high), squeeze=False,
-                                sharey="row")
-    figure.subplots_adjust(left=0.085, right=0.985, top=1 - 1.35 / high, bottom=0.9 / high, wspace=0.06, hspace=0.12)
+    cuts = nearest_azimuths(azimuth, table)
+    if table is None or given:  # a cut where all methods are alike is a sentence
+        alike = [j for j in cuts if all(are_alike(values, j) for values in maps)]
+    else:
+        alike = [] if wrong else [j for j in cuts if are_alike(sd, j)]
+    alike = alike if len(alike) < len(cuts) else []
+    cuts = [j for j in cuts if j not in alike]
+    figure, grid = drawing.panels(len(maps) * len(cuts), (3.9, 2.9), columns=len(cuts), sharex=True)
+    grid = np.reshape(grid, (len(maps), len(cuts)))
+    drawn = None  # points of Monte Carlo: there may be none at the azimuths of the maps
     for column, j in zip(grid.T, cuts):
         for axes, values in zip(column, maps):
             for k, m in enumerate(methods):
@@ -149,13 +161,10 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
                 axes.plot(inclination, np.where(np.isfinite(y) & (y > ROUNDING), y, np.nan), **look)
             if not np.any(np.isfinite(values[:, :, j]) & (values[:, :, j] > ROUNDING)):
                 axes.text(0.5, 0.5, "no error at this azimuth", transform=axes.transAxes, ha="center", color="#555555")
-            axes.set_xlim(min(inclination), max(inclination))
-            axes.tick_params(labelbottom=axes is column[-1])
-            if np.ptp(inclination) in (90, 180):
-                ticks = np.linspace(min(inclination), max(inclination), 7)
-                axes.set_xticks(ticks if j == cuts[-1] else ticks[:-1])  # the last one would touch its neighbour
-        column[0].set_title(f"magnetic azimuth {azimuth[j]:g}{DEGREE}")
-        column[-1].set_xlabel(f"inclination ({DEGREE})")
+        column[0].set_title(f"Magnetic azimuth {azimuth[j]:g}{DEGREE}")
+        column[-1].set_xlabel(f"Inclination ({DEGREE})")
+        column[-1].xaxis.set_major_locator(MultipleLocator(30 if np.ptp(inclination) > 90 else 15))
+        column[-1].set_xlim(min(inclination), max(inclination))
         if table is None or given:
             continue
         for k, m in enumerate(methods):
@@ -171,11 +180,13 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
                                markerfacecolor="white", zorder=4)
     for row, values in zip(grid, maps):
         finite = values[np.isfinite(values) & (values > ROUNDING)]
-        low = max(1e-3, np.percentile(finite, 5) / 1.5) if finite.size else 1e-3
+        low = max(1e-3, np.percentile(finite, 5) / 1.3) if finite.size else 1e-3
         high = min(MOST, np.max(finite) * 1.3) if finite.size else MOST
-        row[0].set_yscale("log")
-        row[0].set_ylim(low, max(high, 10 * low))
-        drawing.plain_log_axis(row[0].yaxis, *row[0].get_ylim())
+        for axes in row:
+            axes.set_yscale("log")
+            axes.set_ylim(low, high)
+            drawing.plain_log_axis(axes.yaxis, low, high)
+            axes.label_outer()
     if wrong:
         grid[0][0].set_ylabel(f"|error| of the azimuth ({DEGREE})")
     grid[-1][0].set_ylabel(f"sd of the azimuth ({DEGREE})")
@@ -183,11 +194,12 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
     text = ("Above: error by the constant errors. Below: s" if wrong else "S") + "tandard deviation, first order"
     if drawn is not None:
         handles.append(Line2D([], [], color="#444444", marker="o", markerfacecolor="white", linestyle="none",
-                              label=f"Monte Carlo, {100 * table.confidence:g} %"))
+                              label=f"Monte Carlo, {100 * table.confidence:g} % interval"))
         text += f"; points: Monte Carlo, {wording.counts_text(table['trials'])} trials"
-    drawing.heading(figure, title, text + ".\nBreaks and steep ends: cos I = 0 leaves the simple correction without a "
-                     "solution." if "simple" in methods else text + ".")
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles))
+    text += "".join(f". At magnetic azimuth {azimuth[j]:g}{DEGREE} all methods are alike: "
+                    + ("no error, " if wrong else "") + f"at least {wording.number(np.nanmin(sd[:, :, j]), 2)}{DEGREE}" for j in alike)
+    drawing.heading(figure, title, text + (". Where cos I = 0 the simple correction has no solution." if "simple" in methods else "."))
+    drawing.legend_below(figure, handles)
     return figure
 
 
