@@ -7,6 +7,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
 import plot_case
 from surveymc.plots import calibration as plot
 from surveymc.plots import reading
@@ -28,31 +30,30 @@ class Claims(unittest.TestCase):
 
     def test_what_a_result_claims(self):
         names, _ = self.plot("calibration", SMOKE / "calibration.h5")
-        for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
-                       "calibration_point1_looks.png", "calibration_point1_merit.png"]:
-            self.assertIn(figure, names)
+        self.assertEqual(names, ["calibration_calibration.png", "calibration_point0_looks.png", "calibration_point1_looks.png",
+                                 "calibration_shapes.png"])
 
-    def test_levels_are_those_of_the_tables(self):
+    def test_what_is_drawn_is_what_the_tables_say(self):
         with reading.open_result(SMOKE / "calibration.h5", "msa_position") as file:
-            found = {n: reading.read_table(file, n) for n in ("calibration", "pit", "looks")}
-        keys = [k for k in found["looks"] if "." in k]
-        point = reading.sweep_points(found["looks"], keys)[0]
-        calibration, pit, looks = (reading.at_point(t, keys, point) for t in found.values())
+            calibration, pit, looks = (reading.read_table(file, n) for n in ("calibration", "pit", "looks"))
+        keys = [k for k in looks if "." in k]
+        points = reading.sweep_points(looks, keys)
         self.assertEqual(calibration.confidence, 0.95)  # "..., simultaneous intervals at 95 %"
-        widths = {}
-        self.addCleanup(setattr, plot, "MOST_PANELS", plot.MOST_PANELS)
-        plot.MOST_PANELS = 2
         for level in (0.95, 0.8):
             calibration.confidence = looks.confidence = level
-            figures = [plot.calibration_figure("t", calibration, pit), plot.histogram_figure("t", calibration, pit),
-                       plot.looks_figure("t", looks)]
-            for figure in figures:
-                said = " ".join(t.get_text() for t in figure.legends[0].get_texts())
+            figures = [plot.calibration_figure("t", calibration, keys, points), plot.shapes_figure("t", calibration, pit, keys, points),
+                       plot.looks_figure("t", reading.at_point(looks, keys, points[0]))]
+            for figure in figures[:2]:
+                said = " ".join(t.get_text() for t in figure.texts)
                 self.assertIn(f"{100 * level:g} %", said)
                 self.assertNotIn("80 %" if level == 0.95 else "95 %", said)
-            extents = figures[1].axes[0].patches[0].get_extents().transformed(figures[1].axes[0].transData.inverted())
-            widths[level] = extents.height
-        self.assertAlmostEqual(widths[0.8] / widths[0.95], 1.2815516 / 1.9599640, places=6)
+        drawn = sorted(bars[0].get_segments()[0][0][0] for *_, bars in figures[0].axes[0].containers)
+        judged = [v != "" for v in calibration["verdict"]]
+        np.testing.assert_allclose(drawn, sorted(calibration["deviation_ci_low"][judged]), atol=1e-12)
+        left = [d for d, p, v in zip(calibration["deviation"], calibration["p_band"], judged) if v and p < 0.05]
+        largest = max(left, key=abs)
+        curve = figures[1].axes[0].lines[-1].get_ydata()
+        self.assertAlmostEqual(curve[np.argmax(np.abs(curve))], largest)
 
     def test_what_differs_between_two_results(self):
         runs = []
@@ -84,7 +85,7 @@ class Claims(unittest.TestCase):
     def test_other_results_are_refused_in_a_line(self):
         self.assertIn("has no [refine]", self.plot("refined", SMOKE / "calibration.h5", code=65)[1])
         self.assertIn("has no [sensitivity]", self.plot("sensitivity", SMOKE / "reliability_map.h5", code=65)[1])
-        self.assertIn("has neither calibration", self.plot("calibration", SMOKE / "reliability_map.h5", code=65)[1])
+        self.assertIn("has neither calibration nor looks", self.plot("calibration", SMOKE / "reliability_map.h5", code=65)[1])
 
 
 if __name__ == "__main__":
