@@ -52,15 +52,39 @@ class Convergence(unittest.TestCase):
 
 
 class Predictions(unittest.TestCase):
+    def tables(self, names):
+        n = len(names)
+        own = {"event": names, "formulation": ["form"] * n, "analytic": np.full(n, 1e-9), "published": np.full(n, np.nan),
+               "monte_carlo": np.zeros(n), "monte_carlo_ci_low": np.zeros(n), "monte_carlo_ci_high": np.full(n, 0.004)}
+        drawn = {"event": names, "trusted": np.zeros(n), "subset_probability": np.zeros(n), "subset_ci_low": np.zeros(n),
+                 "subset_ci_high": np.zeros(n)}
+        return reading.Table("probability", own), reading.Table("sampling", drawn)
+
     def test_an_event_without_a_hit_has_the_upper_end_of_its_interval(self):
-        own = {"event": ["far"], "formulation": ["form"], "analytic": np.zeros(1), "monte_carlo": np.zeros(1),
-               "monte_carlo_ci_low": np.zeros(1), "monte_carlo_ci_high": np.array([0.004])}
-        drawn = {"event": ["far"], "trusted": np.zeros(1), "subset_probability": np.zeros(1), "subset_ci_low": np.zeros(1),
-                 "subset_ci_high": np.zeros(1)}
-        ax = plot.predictions(reading.Table("probability", own), reading.Table("sampling", drawn)).axes[0]
-        ends = [x for x in ax.lines if x.get_label() == "upper end of the interval"]
-        self.assertEqual([list(x.get_xdata()) for x in ends], [[0.004]])
-        self.assertLess(ax.get_xlim()[0], 0.004)
+        ax = plot.predictions("t", *self.tables(["far", "farther"]), []).axes[0]
+        ends = {bars.get_label(): [x for line in ax.lines if line.get_marker() == "<" for x in line.get_xdata()] for bars in ax.containers}
+        self.assertIn("no hit: upper end of the interval", ends)
+        xs = sorted(set(ends["no hit: upper end of the interval"]))
+        np.testing.assert_allclose(xs, [4e-5, 0.004])  # the prediction of 1e-9 stands at the edge
+        self.assertLess(ax.get_xlim()[0], 4e-5)
+
+    def test_one_probability_is_a_sentence(self):
+        self.assertIsNone(plot.predictions("t", *self.tables(["far"]), []))
+
+
+class Importance(unittest.TestCase):
+    def table(self, factors):
+        events, codes = zip(*factors)
+        return reading.Table("importance", {"event": list(events), "component": np.zeros(len(events)), "code": list(codes),
+                                            "factor": np.array(list(factors.values()))})
+
+    def test_events_of_the_same_errors_share_a_panel(self):
+        figure = plot.importance(self.table({("a", "x"): 0.7, ("a", "y"): 0.3, ("b", "x"): 0.7, ("b", "y"): 0.3, ("c", "y"): 1.0}))
+        self.assertEqual([ax.get_title() for ax in figure.axes if ax.axison], ["a\nb", "c"])
+        self.assertEqual(sorted(round(bar.get_width()) for bar in figure.axes[0].patches), [30, 70])
+
+    def test_one_error_that_makes_all_is_a_sentence(self):
+        self.assertIsNone(plot.importance(self.table({("a", "x"): 0.999, ("a", "y"): 0.001})))
 
 
 @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")

@@ -31,8 +31,11 @@ def events_of(table):
 
 
 def probability(table):
-    """Probability against the least separation factor; what the wells share joins the points of an offset."""
+    """Probability against the least separation factor; what the wells share joins the points of an offset. None of one number."""
     form = rows(table, formulation="form")
+    if form.rows < 2:
+        return None
+    are_named = len(set(form["correlation"])) > 1
     figure, ax = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
     seen = []
     for k, offset in enumerate(distinct(form["offset"])):
@@ -44,7 +47,7 @@ def probability(table):
         for i in order:
             place = tuple(float(f"{own[key][i]:.3g}") for key in ("separation_factor", "monte_carlo"))
             places.setdefault(place, []).append(i)
-        for at in places.values():
+        for at in places.values() if are_named else ():
             text = ", ".join(wording.quantity_name(own["correlation"][i]) for i in at)
             drawing.label_points(ax, text, (own["separation_factor"][at[0]], own["monte_carlo"][at[0]]), fontsize=7.5)
         seen += [v for key in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high") for v in own[key] if v > 0]
@@ -66,46 +69,64 @@ def logarithmic(axis, low, high):
 
 
 def contact(table):
+    """Depths at which the wells touch: median, the middle half and the middle 90 % of the probability, a line an event."""
     events = events_of(table)
-    figure, axes = plt.subplots(len(events), 2, figsize=(9, 1.0 + 1.5 * len(events)), squeeze=False, layout="constrained")
-    for line, (offset, correlation) in zip(axes, events):
-        for ax, well in zip(line, ("reference", "offset")):
+    figure, panels = plt.subplots(1, 2, figsize=(10, 1.5 + 0.3 * len(events)), sharey=True, layout="constrained")
+    for ax, well in zip(panels, ("reference", "offset")):
+        for y, (offset, correlation) in enumerate(events):
             own = rows(table, offset=offset, correlation=correlation, well=well)
-            low, high = np.asarray(own["from_md_m"]), np.asarray(own["to_md_m"])
-            ax.bar(low, own["share"], high - low, align="edge", color="#0072B2", edgecolor="white", linewidth=0.5)
-            ax.set_title(f"{offset}, {wording.quantity_name(correlation)}: {well} well", loc="left", fontsize=9)
-            ax.set_ylabel("share")
-    for ax in axes[-1]:
-        ax.set_xlabel("measured depth where they touch (m)")
+            low, first, middle, last, high = own["md_m"][np.argsort(own["share"])]
+            ax.plot((low, high), (y, y), color="#0072B2", linewidth=1.5)
+            ax.plot((first, last), (y, y), color="#0072B2", linewidth=6, solid_capstyle="butt")
+            ax.plot(middle, y, "o", color="white", markeredgecolor="#0072B2", markersize=5)
+        ax.set_xlabel(f"measured depth on the {well} well (m)")
+    panels[0].set_yticks(range(len(events)), [events_text([e]) for e in events])
+    panels[0].set_ylim(len(events) - 0.4, -0.6)
+    panels[0].set_title("Where they touch: median, middle half, middle 90 %")
     return figure
 
 
 def importance(table):
-    events = events_of(table)
-    columns = min(4, len(events))
-    lines = -(-len(events) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(1.5 + 2.7 * columns, 3.6 * lines), squeeze=False,
-                                layout="constrained")
-    for ax in axes.flat[len(events):]:
+    """Which errors make an event: a panel for every different answer, one list of sources for all. None where one error makes
+    all of every event: that is a sentence."""
+    named = [k for k in ("offset", "correlation", "event") if k in table]
+    own = rows(table, component=0)
+    parts = {}  # parts of beta squared by event and source
+    for i in range(own.rows):
+        code = own["code"][i]
+        source = f"{code} {own['mode'][i]}".strip() if "mode" in own else wording.quantity_name(code)
+        of_event = parts.setdefault(tuple(own[k][i] for k in named), {})
+        of_event[source] = of_event.get(source, 0) + own["factor"][i]
+    if all(max(of.values()) > 0.98 for of in parts.values()):
+        return None
+    panels = {}  # events of the same parts share one
+    for event, of in parts.items():
+        panels.setdefault(tuple((s, round(of[s], 2)) for s in sorted(of) if of[s] > 0.01), []).append(event)
+    panels = {tuple(events): parts[events[0]] for events in panels.values()}
+    largest = {s: max(of.get(s, 0) for of in panels.values()) for of in panels.values() for s in of}
+    shown = [s for s in sorted(largest, key=lambda s: -largest[s]) if largest[s] > 0.01][:12]
+    columns = min(4, len(panels))
+    lines = -(-len(panels) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(2 + 2.6 * columns, lines * (1.1 + 0.22 * len(shown)) + 0.5), squeeze=False,
+                                layout="constrained", sharex=True, sharey=True)
+    for ax in axes.flat[len(panels):]:
         ax.set_axis_off()
-    for ax, (offset, correlation) in zip(axes.flat, events):
-        own = rows(table, offset=offset, correlation=correlation, component=0)
-        sums = {}
-        for code, mode, well, factor in zip(own["code"], own["mode"], own["well"], own["factor"]):
-            bar = sums.setdefault(f"{code} {mode}".strip(), {})
-            side = well if well in ("reference", "both") else "offset"
-            bar[side] = bar.get(side, 0) + factor
-        top = sorted(sums, key=lambda c: -sum(sums[c].values()))[:12][::-1]
-        left = np.zeros(len(top))
-        for side, colour in (("reference", "#0072B2"), ("offset", "#E69F00"), ("both", "#222222")):
-            width = np.array([sums[c].get(side, 0) for c in top])
-            ax.barh(range(len(top)), width, left=left, color=colour, label=side)
-            left += width
-        ax.set_yticks(range(len(top)), top, fontsize=8)
-        ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
-        ax.set_title(f"{offset},\n{correlation}", fontsize=9)
-    axes[0][0].legend(fontsize=8, loc="lower right")
+    for ax, (events, of) in zip(axes.flat, panels.items()):
+        ax.barh(range(len(shown)), [100 * of.get(s, 0) for s in shown], color="#0072B2")
+        ax.set_title(events_text(events), fontsize=9)
+    axes[0][0].set_yticks(range(len(shown)), shown, fontsize=8)
+    axes[0][0].invert_yaxis()
+    for ax in axes[-1]:
+        ax.set_xlabel("share of the nearest way (%)")
     return figure
+
+
+def events_text(events):
+    """'parallel: independent, geomagnetic' for the same offset, a line each for others."""
+    by_first = {}
+    for first, *rest in events:
+        by_first.setdefault(first, []).extend(map(wording.quantity_name, rest))
+    return "\n".join(": ".join(filter(None, (first, ", ".join(rest)))) for first, rest in by_first.items())
 
 
 def plane(hits, closest):
@@ -153,7 +174,7 @@ def multiplier(table):
         test = size["half_space_least_sf"]
         ax.plot(x, test["analytic"], color=COLOURS[k % 6], linestyle="--", label="hypothesis test at the least factor")
         factor.plot(x, form["separation_factor"], color="#777777", linestyle=":", label="separation factor")
-    ax.set(xscale="log", yscale="log", xlabel="errors times", ylabel="probability")
+    ax.set(xscale="log", yscale="log", xlabel="size of all errors (1: the models' own)", ylabel="probability that the wells touch")
     x = sorted(set(table["errors.multiplier"]))
     ax.set_xticks(x, [f"{v:g}" for v in x])
     ax.minorticks_off()
@@ -179,7 +200,7 @@ def crossing(table, closest):
     found = of["form"]
     half = np.hstack([intervals(t) for t in found])
     ax.errorbar(angle, [t["monte_carlo"][0] for t in found], half, color="#0072B2", marker="o", label="whole wells")
-    ax.set(xscale="log", yscale="log", xlabel="angle at which the wells pass each other (deg)", ylabel="probability")
+    ax.set(xscale="log", yscale="log", xlabel="angle at which the wells pass each other (\N{DEGREE SIGN})", ylabel="probability that the wells touch")
     apart = [x for k, x in enumerate(angle) if k == 0 or x > 1.2 * max(angle[:k])]
     ax.set_xticks(apart, [f"{x:.3g}" for x in apart])
     ax.minorticks_off()
@@ -188,60 +209,49 @@ def crossing(table, closest):
     return figure
 
 
-def factors(table):
-    """Which draws make an event: parts of beta squared."""
-    events = distinct(table["event"])
-    figure, axes = plt.subplots(1, len(events), figsize=(1.5 + 3.4 * len(events), 3.6), squeeze=False, layout="constrained")
-    for ax, event in zip(axes[0], events):
-        own = rows(table, event=event, component=0)
-        top = slice(0, 12)
-        ax.barh([wording.quantity_name(c) for c in own["code"][top][::-1]], np.asarray(own["factor"])[top][::-1], color="#0072B2")
-        ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
-        ax.set_title(event, fontsize=9)
-    return figure
-
-
-def predictions(table, sampling):
-    """Probability of every event with its interval, what subset simulation has, and what was predicted."""
-    events = distinct(table["event"])
+def predictions(title, table, sampling, keys):
+    """Probability of the events of all points, with what was predicted of them: one line each. None of a single one: a sentence."""
+    named = [*keys, "event"]
+    events = reading.sweep_points(table, named)
+    if len(events) < 2:
+        return None
+    has_events = len(set(table["event"])) > len(set(e[-1] for e in events)) or len(set(e[:-1] for e in events)) < len(events)
     formulations = distinct(table["formulation"])
-    figure, ax = plt.subplots(figsize=(7.5, 1.9 + 0.9 * len(events)), layout="constrained")
-    seen, labelled = [], set()
+    figure, ax = plt.subplots(figsize=(9, 1.6 + 0.42 * len(events)), layout="constrained")
+    labels, seen = {}, []
+    found = np.concatenate([table["monte_carlo"], table["monte_carlo_ci_high"]])
+    floor = np.min(found[found > 0], initial=1) / 100  # what was predicted far below every estimate stands at the edge
 
-    def label(name):
-        is_new = name not in labelled
-        labelled.add(name)
-        return name if is_new else None
+    def mark(x, y, label, **look):
+        if x > 0:
+            labels.setdefault(label, ax.errorbar(max(x, floor), y, linestyle="none", label=label, **(look if x > floor else look | {"marker": "<"})))
+            seen.append(max(x, floor))
     for y, event in enumerate(events):
-        own, drawn = rows(table, event=event), rows(sampling, event=event)
+        own, drawn = rows(table, **dict(zip(named, event))), rows(sampling, **dict(zip(named, event)))
         p, low, high = (own[k][0] for k in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high"))
-        note = "" if drawn["trusted"][0] else " (not trusted)"
-        seen += [v for v in (p, low, high, *own["analytic"]) if v > 0]
-        if p > 0:
-            ax.errorbar([p], [y], xerr=[[p - max(low, 0)], [max(high - p, 0)]], color="#0072B2", marker="o", capsize=4,
-                        label=label("estimate and interval"))
-        elif high > 0:
-            ax.plot([high], [y], color="#0072B2", marker="<", linestyle="none", label=label("upper end of the interval"))
-        at = p if p > 0 else high if high > 0 else 1
-        seen.append(at)
-        ax.annotate(f"{wording.number(p)}{note}", (at, y), xytext=(0, 9), textcoords="offset points",
-                    ha="center", fontsize=8)
-        check = drawn["subset_probability"][0]
-        if check > 0:
-            bounds = np.clip([check - drawn["subset_ci_low"][0], drawn["subset_ci_high"][0] - check], 0, None)
-            ax.errorbar([check], [y - 0.18], xerr=bounds[:, None], color="#777777", marker="s", markersize=4, capsize=3,
-                        label=label("subset simulation"))
-            seen.append(check)
         for k, formulation in enumerate(formulations):
             for value in rows(own, formulation=formulation)["analytic"]:
-                if value > 0:
-                    ax.plot([value], [y + 0.18], linestyle="none", marker=MARKERS[(k + 2) % 6], color=COLOURS[(k + 1) % 6],
-                            label=label(wording.quantity_name(formulation)))
-    ax.set(xscale="log", ylim=(len(events) - 0.4, -0.6), xlabel="probability")
-    logarithmic(ax.xaxis, min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
-    ax.set_yticks(range(len(events)), events)
-    ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
-    ax.set_title("What was found, and what was predicted", loc="left")
+                mark(value, y, wording.quantity_name(formulation), marker=MARKERS[(k + 2) % 6], color=COLOURS[(k + 1) % 6],
+                     markerfacecolor="none", markersize=9)
+        for value in distinct(own["published"][np.isfinite(own["published"])]):
+            mark(value, y, "published", marker="x", color=drawing.PUBLISHED, markersize=9)
+        check = drawn["subset_probability"][0]
+        mark(check, y + 0.25, "subset simulation", marker="s", markersize=4, color="#777777", capsize=3,
+             xerr=np.clip([[check - drawn["subset_ci_low"][0]], [drawn["subset_ci_high"][0] - check]], 0, None))
+        mark(p, y, f"estimate and {100 * table.confidence:g} % interval", marker="o", markersize=5, color="#0072B2", capsize=4,
+             xerr=np.clip([[p - low], [high - p]], 0, None), zorder=4)
+        if p == 0:
+            mark(high, y, "no hit: upper end of the interval", marker="<", color="#0072B2")
+        note = "" if drawn["trusted"][0] else ", not trusted"
+        ax.annotate(wording.number(p) + note, (1, y), xycoords=("axes fraction", "data"), xytext=(6, 0), textcoords="offset points",
+                    va="center", fontsize=8.5)
+    ax.set(xscale="log", ylim=(len(events) - 0.4, -0.6), xlabel="probability (right: the estimate)")
+    logarithmic(ax.xaxis, min(seen, default=1e-9) / 1.5, min(max(seen, default=1) * 3, 1.5))
+    names = [", ".join(filter(None, (wording.point_name(keys, e[:-1]), e[-1] if has_events or not keys else ""))) for e in events]
+    ax.set_yticks(range(len(events)), names)
+    ax.grid(axis="y", visible=False)
+    drawing.heading(figure, title, "Points upon each other agree: what was found, and what was predicted or is known.")
+    drawing.legend_below(figure, list(labels.values()))
     return figure
 
 
@@ -291,7 +301,7 @@ def main():
     with reading.open_result(arguments.result, ("collision", "rare_event", "msa_position", "gross_error_detection",
                                                   "chained_multistation")) as file:
         config, title = reading.configuration(file), wording.title_of(file)
-        tables = {n: reading.read_table(file, n) for n in ("probability", "sampling", "contact", "importance", "closest_pair")}
+        tables = {n: reading.read_table(file, n) for n in ("probability", "sampling", "contact_quantiles", "importance", "closest_pair")}
         hits = reading.read_table(file, "hits", "samples")
     whole = tables["probability"]
     if whole is None:
@@ -305,27 +315,34 @@ def main():
     folder = saving.figures_folder(arguments.output, arguments.result)
     stem = saving.stem_of(arguments.result) + ("" if chosen is None else f"_point{chosen}")
 
+    saved = []
+
     def save(figure, name, label=wording.point_name(keys, point)):
-        figure.suptitle(": ".join(filter(None, (title, label))), x=0.01, ha="left", fontsize=10)
+        if figure is None:
+            return
+        saved.append(name)
+        if figure._suptitle is None:
+            figure.suptitle(": ".join(filter(None, (title, label))), x=0.01, ha="left", fontsize=10)
         saving.save(figure, folder, f"{stem}_{name}")
 
     if "offset" in whole:
         save(probability(at["probability"]), "probability")
-        if at["contact"].rows:
-            save(contact(at["contact"]), "contact")
-        if at["importance"].rows:
-            save(importance(at["importance"]), "importance")
+        if at["contact_quantiles"].rows:
+            save(contact(at["contact_quantiles"]), "contact")
         if "errors.multiplier" in keys and len(keys) == 1:
             save(multiplier(whole), "multiplier", "")
-        if len(set(np.round(at["closest_pair"]["crossing_deg"], 3))) > 2:
-            save(crossing(at["probability"], at["closest_pair"]), "crossing")
-        drawn = plane(hits, at["closest_pair"]) if hits is not None and hits.rows else None
-        if drawn is not None:
-            save(drawn, "plane")
+        near = at["closest_pair"]
+        if len(set(np.round(near["crossing_deg"], 3))) > 2 and np.ptp(near["distance_m"]) < 0.01 * np.min(near["distance_m"]):
+            save(crossing(at["probability"], near), "crossing")
+        if hits is not None and hits.rows:
+            save(plane(hits, at["closest_pair"]), "plane")
     else:
-        save(predictions(at["probability"], at["sampling"]), "probability")
-        if "importance" in at and at["importance"].rows:
-            save(factors(at["importance"]), "importance")
+        save(predictions(title, whole, tables["sampling"], keys), "probability")
+    if "importance" in at and at["importance"].rows:
+        save(importance(at["importance"]), "importance")
     if hits is not None and hits.rows:
         kept = int(reading.setting_at(config, keys, point, "save_samples", 0))
         save(convergence(hits, at["probability"], at["sampling"], kept), "convergence")
+    if not saved:
+        p, low, high = (wording.number(whole[k][0]) for k in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high"))
+        raise reading.PlotError(f"{arguments.result}: one number, no figure: {whole['event'][0]}: {p}, between {low} and {high}")
