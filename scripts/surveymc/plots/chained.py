@@ -21,7 +21,7 @@ ESTIMATORS = {  # label, colour, line, marker
     "filter": ("filter, references chained", "#A8508A", (0, (5, 1, 1, 1)), "D"),
     "smoother_independent": ("smoother, references independent", "#56B4E9", (0, (2, 1)), "<"),
     "smoother": ("smoother, references chained", "#0072B2", "-", "o")}
-QUANTITIES = {"azimuth_deg": "azimuth (deg)", "inclination_deg": "inclination (deg)", "toolface_deg": "toolface (deg)",
+QUANTITIES = {"azimuth_deg": "azimuth (\N{DEGREE SIGN})", "inclination_deg": "inclination (\N{DEGREE SIGN})", "toolface_deg": "toolface (\N{DEGREE SIGN})",
               "gravity_mg": "gravity (mg)", "horizontal_nT": "horizontal field (nT)", "down_nT": "downward field (nT)"}
 MOST_CASES = 12  # points of a sweep beside each other
 READINGS = ("accelerometer_x_mg", "accelerometer_y_mg", "accelerometer_z_mg", "magnetometer_x_nT", "magnetometer_y_nT",
@@ -29,53 +29,45 @@ READINGS = ("accelerometer_x_mg", "accelerometer_y_mg", "accelerometer_z_mg", "m
 
 
 def rms_figure(title, stations, rms):
-    figure, panels = plt.subplots(2, 3, figsize=(11, 7.4))
+    figure, panels = drawing.panels(6, (3.7, 2.9))
     shown = [e for e in ESTIMATORS if e in set(stations["formulation"])]
-    for axes, (quantity, label) in zip(panels.flat, QUANTITIES.items()):
-        top = 0
+    last = max(stations["station"])
+    for axes, (quantity, label) in zip(panels, QUANTITIES.items()):
+        seen = []
         for name in shown:
             text, colour, line, marker = ESTIMATORS[name]
             t = stations.where(lambda i: stations["formulation"][i] == name)
-            y = t[f"rms_{quantity}"]
-            axes.fill_between(t["station"], t[f"rms_{quantity}_ci_low"], t[f"rms_{quantity}_ci_high"], color=colour,
-                              alpha=0.18, linewidth=0)
-            axes.plot(t["station"], y, color=colour, linestyle=line, marker=marker, markersize=3.4, linewidth=1.3,
-                      label=text)
-            top = max(top, np.nanmax(y))
-        published = [(n, r["published"]) for n in shown
-                     if (r := rms.row(formulation=n, quantity=quantity)) and np.isfinite(r["published"])]
-        last = max(stations["station"])
-        beyond = []
-        for name, value in published:
-            if value > 2 * top:
-                beyond.append((name, value))
-                continue
-            top = max(top, value)
-            axes.plot([last + 0.9], [value], marker=ESTIMATORS[name][3], markersize=8, markerfacecolor="none",
-                      markeredgecolor=ESTIMATORS[name][1], markeredgewidth=1.6, linestyle="none", clip_on=False)
-        if beyond:
-            axes.text(0.97, 0.05, "published, beyond the axis: " + ", ".join(f"{v:g}" for _, v in beyond), fontsize=7.5,
-                      ha="right", transform=axes.transAxes, color="#444444")
-        axes.set_title(label, fontsize=10)
-        axes.set_ylim(0, 1.08 * top)
+            low, y, high = (t[f"rms_{quantity}{end}"] for end in ("_ci_low", "", "_ci_high"))
+            axes.fill_between(t["station"], low, high, color=colour, alpha=0.18, linewidth=0)
+            axes.plot(t["station"], y, color=colour, linestyle=line, marker=marker, markersize=3.4, linewidth=1.3, label=text)
+            published = (rms.row(formulation=name, quantity=quantity) or {}).get("published", np.nan)
+            axes.plot(last + 0.9, published, marker=marker, markersize=8, markerfacecolor="none", markeredgecolor=colour,
+                      markeredgewidth=1.6, linestyle="none")
+            seen += [*low[low > 0], *high, published]
+        low, high = np.nanmin(seen) / 1.1, np.nanmax(seen) * 1.1
+        if high > 4 * low > 0:
+            axes.set_yscale("log")
+            axes.set_ylim(low, high)
+            drawing.plain_log_axis(axes.yaxis, low, high)
+        else:
+            axes.set_ylim(0, high)
+        axes.set_title(label[0].upper() + label[1:])
         axes.set_xlim(min(stations["station"]) - 0.5, last + 1.6)
         axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
         axes.set_xticks([t for t in axes.get_xticks() if min(stations["station"]) <= t <= last])  # beyond it is what was published
-    for axes in panels[1]:
-        axes.set_xlabel("station")
-    for axes in panels[:, 0]:
+    for axes in panels[3:]:
+        axes.set_xlabel("Station")
+    for axes in panels[::3]:
         axes.set_ylabel("RMS error")
-    handles, labels = panels.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}\nbands: {100 * stations.confidence:g} % intervals; open markers at the right: published, "
-                    "over all stations", fontsize=10)
-    figure.tight_layout(rect=(0, 0.075, 1, 1))
+    drawing.heading(figure, title, f"RMS errors along the stations with {100 * stations.confidence:g} % intervals"
+                    + ("; open markers at the right: published, over all stations." if np.isfinite(rms["published"]).any() else "."))
+    drawing.legend_below(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
 def tracks_figure(title, tracks):
-    figure, panels = plt.subplots(2, 3, figsize=(11, 6.6), sharex=True)
-    for axes, name in zip(panels.flat, READINGS):
+    figure, panels = drawing.panels(6, (3.7, 2.7), sharex=True)
+    for axes, name in zip(panels, READINGS):
         kind, axis, unit = name.split("_")
         x = tracks["station"]
         y, sd = tracks[f"smoother_{name}"], tracks[f"smoother_sd_{name}"]
@@ -85,45 +77,39 @@ def tracks_figure(title, tracks):
         axes.plot(x, y, color="#0072B2", marker="o", markersize=3.4, label=ESTIMATORS["smoother"][0])
         axes.plot(x, tracks[f"filter_{name}"], color="#D55E00", linestyle=(0, (7, 2)), marker="^", markersize=3.4,
                   label=ESTIMATORS["filter_independent"][0])
-        axes.set_title(f"{kind} {axis}", fontsize=10)
-        axes.set_ylabel(f"bias ({unit})")
+        axes.set_title(f"{kind.capitalize()} {axis}")
+        axes.set_ylabel(f"Bias ({unit})")
         axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
-    for axes in panels[1]:
-        axes.set_xlabel("station")
-    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="lower center", ncols=4, fontsize=8)
-    figure.suptitle(f"{title}: biases of the first run", fontsize=10)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    for axes in panels[3:]:
+        axes.set_xlabel("Station")
+    drawing.heading(figure, title, "Biases of the first run, true and estimated.")
+    drawing.legend_below(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
 def consistency_figure(title, histogram, trials):
-    figure, panels = plt.subplots(1, 3, figsize=(11, 4.4))
-    words = {"z": "z-score (12 states, all stations)", "nees": "NEES of a station (12 states)", "cost": "cost J of a run"}
-    theory = {"z": "standard normal", "nees": "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}(12)",
-              "cost": "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}(3 stations)"}
-    for axes, (quantity, label) in zip(panels, words.items()):
-        for k, name in enumerate(("smoother", "filter_independent")):
+    """Cumulative shares: the steps of few runs do not hide each other, as bars do."""
+    figure, panels = drawing.panels(3, (3.8, 3.4), sharey=True)
+    words = {"z": ("z-score", "standard normal"), "nees": ("NEES of a station", "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}, 12 states"),
+             "cost": ("cost J of a run", "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}, 3 a station")}
+    for axes, (quantity, (label, theory)) in zip(panels, words.items()):
+        for name in ("smoother", "filter_independent"):
             t = histogram.where(lambda i: histogram["formulation"][i] == name and histogram["quantity"][i] == quantity)
             if t.rows == 0:
                 continue
-            edges, width = np.append(t["from"], t["to"][-1]), t["to"] - t["from"]
-            density = t["count"] / t["count"].sum() / width
+            edges = np.append(t["from"], t["to"][-1])
+            found, expected = (np.append(0, 100 * np.cumsum(t[k]) / t[k].sum()) for k in ("count", "expected"))
             text, colour, line, _ = ESTIMATORS[name]
-            if k == 0:
-                axes.stairs(density, edges, fill=True, color=colour, alpha=0.35, label=text)
-                expected = t["expected"] / t["expected"].sum() / width
-                axes.plot((t["from"] + t["to"]) / 2, expected, color="#111111", linewidth=1.4, label="theory")
-            else:
-                axes.stairs(density, edges, color=colour, linestyle=line, linewidth=1.5, label=text)
+            if name == "smoother":
+                axes.plot(edges, expected, color="#111111", linewidth=1.2, label="theory: what an honest covariance gives")
+            axes.plot(edges, found, color=colour, linestyle=line, linewidth=1.8, label=text)
         axes.set_xlabel(label)
-        axes.set_title(f"theory: {theory[quantity]}", fontsize=9)
-        axes.set_yticks([])
-        axes.set_ylim(bottom=0)
-    panels[0].set_ylabel("density")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}: what the covariances claim\n{wording.counts_text(trials)} runs; outermost bins hold what "
-                    "lies beyond", fontsize=10)
-    figure.tight_layout(rect=(0, 0.07, 1, 1))
+        axes.set_title(f"{label.capitalize() if label[0] != 'N' else label} against {theory}", fontsize=9)
+        axes.set_ylim(0, 100)
+    panels[0].set_ylabel("Share that is smaller (%)")
+    drawing.heading(figure, title, f"What the covariances claim: {wording.counts_text(trials)} runs. Left of the black line: the errors "
+                    "are smaller than claimed.")
+    drawing.legend_below(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
@@ -160,7 +146,7 @@ def values(table, names, **where):
 
 def outliers_figure(title, table, keys):
     cases = cases_of(table, keys)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5.4), layout="constrained")
     events = {"detected": "detected", "station_right": "right station", "reading_right": "right reading",
               "deleted": "one reading clearly dominates", "deleted_wrong": "dominates, but another is wrong"}
     bars(left, [values(t, events) for _, t in cases], list(events.values()),
@@ -171,19 +157,18 @@ def outliers_figure(title, table, keys):
                 "azimuth_largest_deleted_deg": "largest deleted", "azimuth_gated_deg": "deleted if it dominates"}
     bars(right, [values(t, remedies) for _, t in cases], list(remedies.values()),
          ["#999999", "#D55E00", "#E69F00", "#0072B2"], ["", "xx", "//", ""])
-    right.set_ylabel("RMS azimuth error at the station (deg)")
+    right.set_ylabel("RMS azimuth error at the station (\N{DEGREE SIGN})")
     for axes in (left, right):
         axes.set_xticks(range(len(cases)), [n or "all runs" for n, _ in cases])
         axes.grid(axis="x", visible=False)
         axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2)
-    figure.suptitle(f"{title}\nerror bars: {100 * table.confidence:g} % intervals", fontsize=10)
-    figure.tight_layout()
+    drawing.heading(figure, title, f"What the tests find, and what the remedies leave; error bars: {100 * table.confidence:g} % intervals.")
     return figure
 
 
 def interference_figure(title, table, keys):
     cases = cases_of(table, keys)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.4, 1))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.4, 1), layout="constrained")
     ways = {"undisturbed": "no interference", "ignored": "ignored", "free_vector": "free vector estimated",
             "known_direction": "amplitude of known direction estimated"}
     colours, hatches = ["#999999", "#D55E00", "#E69F00", "#0072B2"], ["", "xx", "//", ""]
@@ -192,17 +177,16 @@ def interference_figure(title, table, keys):
              colours, hatches)
         axes.set_xticks(range(len(cases)), [n or "all runs" for n, _ in cases])
         axes.grid(axis="x", visible=False)
-    left.set_ylabel("RMS azimuth error, disturbed stations (deg)")
+    left.set_ylabel("RMS azimuth error, disturbed stations (\N{DEGREE SIGN})")
     right.set_ylabel("share of runs that \N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO} of the run rejects")
-    figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncols=4, fontsize=8)
-    figure.suptitle(f"{title}\nerror bars: {100 * table.confidence:g} % intervals", fontsize=10)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    drawing.heading(figure, title, f"Error bars: {100 * table.confidence:g} % intervals.")
+    drawing.legend_below(figure, left.get_legend_handles_labels()[0])
     return figure
 
 
 def unstart_figure(title, table, keys):
     cases = cases_of(table, keys)
-    figure, axes = plt.subplots(figsize=(9.5, 1.1 * len(cases) + 2.2))
+    figure, axes = plt.subplots(figsize=(9.5, 1.1 * len(cases) + 2.2), layout="constrained")
     ways = {"gauss_newton": ("Gauss-Newton", "#D55E00", "v"), "levenberg": ("Levenberg", "#E69F00", "s"),
             "search_gauss_newton": ("sub-search, Gauss-Newton", "#56B4E9", "^"),
             "search": ("sub-search, Levenberg", "#0072B2", "o")}
@@ -220,9 +204,8 @@ def unstart_figure(title, table, keys):
     axes.set_xlim(0, 1.12 * axes.get_xlim()[1])
     axes.set_xlabel("share of the runs that do not end at the lowest minimum")
     axes.grid(axis="y", visible=False)
-    figure.legend(loc="lower center", ncols=4, fontsize=8)
-    figure.suptitle(f"{title}\nerror bars: {100 * table.confidence:g} % intervals", fontsize=10)
-    figure.tight_layout(rect=(0, 0.28 / figure.get_figheight(), 1, 1))
+    drawing.heading(figure, title, f"Error bars: {100 * table.confidence:g} % intervals.")
+    drawing.legend_below(figure, axes.get_legend_handles_labels()[0])
     return figure
 
 
@@ -231,7 +214,7 @@ BIASES = ("accelerometer_bias_x_mg", "accelerometer_bias_y_mg", "accelerometer_b
 
 
 def run_figure(title, parameters, stations, tests):
-    figure, panels = plt.subplots(3, 3, figsize=(11, 9), sharex=True)
+    figure, panels = plt.subplots(3, 3, figsize=(11, 9), sharex=True, layout="constrained")
     depth = stations["md_m"]
     change = (stations["azimuth_magnetic_deg"] - stations["raw_azimuth_magnetic_deg"] + 180) % 360 - 180
     axes = panels[0, 0]
@@ -239,7 +222,7 @@ def run_figure(title, parameters, stations, tests):
                       color="#0072B2", alpha=0.16, linewidth=0)
     axes.plot(depth, change, color="#0072B2", marker="o", markersize=3.4)
     axes.set_title("azimuth less basic solution", fontsize=10)
-    axes.set_ylabel("deg")
+    axes.set_ylabel("change of azimuth (\N{DEGREE SIGN})")
     gate = next(tests["critical_high"][i] for i in range(tests.rows) if tests["test"][i] == "reading")
     for axes, kind, name in ((panels[0, 1], "g", "accelerometers"), (panels[0, 2], "b", "magnetometers")):
         largest = gate
@@ -263,8 +246,7 @@ def run_figure(title, parameters, stations, tests):
         axes.set_ylabel(f"bias ({name.split('_')[-1]})")
     for axes in panels[2]:
         axes.set_xlabel("measured depth (m)")
-    figure.suptitle(f"{title}\nbands: \N{PLUS-MINUS SIGN}2 claimed sd; dashed: the gate, {gate:g}", fontsize=10)
-    figure.tight_layout()
+    drawing.heading(figure, title, f"Bands: \N{PLUS-MINUS SIGN}2 claimed sd; dashed: the gate, {gate:g}.")
     return figure
 
 
