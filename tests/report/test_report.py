@@ -518,7 +518,7 @@ class Declarations(unittest.TestCase):
     def test_captions(self):
         study = studies.load()["msa_position"]
         self.assertEqual(study.caption("point3_ratio"), study.figures["ratio"])
-        self.assertEqual(study.caption("ellipsoid_test1"), study.figures["ellipsoid"])
+        self.assertEqual(study.caption("position_test1"), study.figures["position"])
         self.assertEqual(study.caption("something_new"), "Something new.")
         self.assertEqual(study.drawers_for("results/thesis/table8.h5"), ["thesis"])
         self.assertEqual(study.drawers_for("mine/well.h5"), study.plots)

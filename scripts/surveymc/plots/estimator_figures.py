@@ -1,13 +1,14 @@
 """Figures that compare estimators over the tests of the thesis; drawn by surveymc plot thesis."""
 
 import re
+import textwrap
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
 from . import drawing, reading, wording
-from .drawing import PUBLISHED, heading
+from .drawing import PUBLISHED
 from .wording import SIGMA, number
 
 PARAMETERS = ("gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z")
@@ -26,12 +27,8 @@ def ladder(title, parameters, confidence):
     cases = [STEP.match(c) for c in dict.fromkeys(parameters["case"])]
     tests = list(dict.fromkeys(m[1] for m in cases))
     steps = {int(m[2]): m[3] for m in cases}
-    figure, panels = plt.subplots(2, 3, figsize=(12.5, 8.8), sharex=True)
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.875, bottom=0.17, hspace=0.2, wspace=0.26)
-    heading(figure, title, f"3{SIGMA} of the six parameters; every step knows less than the one before. "
-            f"{wording.counts_text(parameters['trials'])} trials a point; their {100 * confidence:g} % intervals are "
-            "smaller than the markers unless drawn.")
-    for ax, p in zip(panels.flat, PARAMETERS):
+    figure, panels = drawing.panels(6, (4.1, 3.6), sharex=True)
+    for ax, p in zip(panels, PARAMETERS):
         for t, test in enumerate(tests):
             points = []
             for k in steps:
@@ -53,20 +50,18 @@ def ladder(title, parameters, confidence):
         drawing.plain_log_axis(ax.yaxis, *ax.get_ylim())
         ax.set_title(f"{kind.capitalize()} {axis}")
         ax.set_ylabel(f"3{SIGMA} of {kind} {axis}" + (" (nT)" if kind == "bias" else ""))
-        ax.set_xticks(list(steps))
-        ax.set_xticklabels([f"{k}" for k in steps])
+        ax.set_xticks(list(steps), [textwrap.fill(s, 14) for s in steps.values()], rotation=35, ha="right", fontsize=8.5)
         ax.grid(False, axis="x")
-    figure.text(0.5, 0.128, "   ".join(f"{k}: {s}" for k, s in steps.items()), ha="center", weight="bold")
+    drawing.heading(figure, title, f"3{SIGMA} of the six parameters; every step to the right knows less than the one before. "
+                    f"{wording.counts_text(parameters['trials'])} trials a point; {100 * confidence:g} % intervals are drawn where "
+                    "they are larger than the markers.")
     handles = [Line2D([], [], linestyle="none", marker=MARKERS[t], color=COLOURS[t], label=f"{test}, Monte Carlo")
                for t, test in enumerate(tests)]
     handles.append(Line2D([], [], linestyle="none", marker="_", color="black", markersize=11, markeredgewidth=1.5,
                           label="predicted"))
     handles.append(Line2D([], [], linestyle="none", marker="o", markerfacecolor="none", color=PUBLISHED, markersize=9,
                           label="published: table 7 at step 1, table 5 at the last"))
-    figure.legend(handles=handles, loc="lower center", ncol=6, bbox_to_anchor=(0.5, 0.055), columnspacing=1.4)
-    figure.text(0.5, 0.022, "Table 7 of test 1 is not here: it was made with other weights, drawn anew from (0, 70 nT) "
-                "in every run (table7.toml).", ha="center", fontsize=9,
-                color="#444444")
+    drawing.legend_below(figure, handles)
     return figure
 
 
@@ -74,9 +69,7 @@ def positions(title, position, margin, confidence):
     """Position after each estimator: its 3 sigma at full noise, and predicted / Monte Carlo at every size of the noise."""
     tests, names = (list(dict.fromkeys(position[k])) for k in ("case", "estimator.name"))
     scales = sorted(set(position["noise.scale"]), reverse=True) if "noise.scale" in position else [None]
-    figure, panels = plt.subplots(2, 3, figsize=(12.5, 8.6), sharex=True)
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.875, bottom=0.115, hspace=0.16, wspace=0.24)
-    heading(figure, title, f"Uncertainty of the final position. {wording.counts_text(position['trials'])} trials a point.")
+    figure, panels = plt.subplots(2, 3, figsize=(12.5, 8.2), sharex=True, layout="constrained")
     for column, d in enumerate(DIRECTIONS):
         top, bottom = panels[:, column]
         drawing.band(bottom, margin)
@@ -96,9 +89,6 @@ def positions(title, position, margin, confidence):
                     first = np.array([not reading.is_zero_to_first_order(r) for r in rows])
                     top.plot(x[first], predicted[first], linestyle="none", marker="_", color="black", markersize=13,
                              markeredgewidth=1.5, zorder=5)
-                    for i in range(len(tests)):
-                        top.annotate(number(mc[i]), (x[i], high[i]), xytext=(0, 6), textcoords="offset points",
-                                     rotation=90, ha="center", va="bottom", fontsize=8)
                 for i, row in enumerate(rows):
                     if reading.is_zero_to_first_order(row):
                         continue
@@ -112,8 +102,6 @@ def positions(title, position, margin, confidence):
                 bottom.annotate("zero to first order", (i, 1), rotation=90, ha="center", va="center", style="italic",
                                 fontsize=9, bbox={"facecolor": "white", "edgecolor": "none", "pad": 2})
         top.set_yscale("log")
-        low, high = top.get_ylim()
-        top.set_ylim(low, high * (high / low) ** 0.16)
         drawing.plain_log_axis(top.yaxis, *top.get_ylim())
         top.set_title(f"{d.capitalize()}")
         top.set_ylabel(f"3{SIGMA} of {d} ({word})" + (", full noise" if len(scales) > 1 else ""))
@@ -126,12 +114,19 @@ def positions(title, position, margin, confidence):
     for ax in panels[1]:
         ax.set_ylim(1 - reach, 1 + reach)
         ax.set_xlim(-0.55, len(tests) - 0.45)
-    handles = [Line2D([], [], linestyle="none", marker=MARKERS[e], color=COLOURS[e], label=n) for e, n in enumerate(names)]
+    handles = [Line2D([], [], linestyle="none", marker=MARKERS[e], color=COLOURS[e], label=wording.quantity_name(n)) for e, n in enumerate(names)]
     handles.append(Line2D([], [], linestyle="none", marker="_", color="black", markersize=13, markeredgewidth=1.5,
                           label="predicted"))
-    for s, scale in enumerate(scales if len(scales) > 1 else []):
-        handles.append(Line2D([], [], linestyle="none", marker="o", color="#444444",
-                              markerfacecolor="white" if s else "#444444", label=f"noise scale {scale:g}"))
-    handles += [drawing.interval_handle(confidence)] + drawing.margin_handle(margin)
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.015), columnspacing=1.3)
+    small = [f"hollow: noise \N{MULTIPLICATION SIGN} {s:g}" for s in scales[1:]]
+    best = []  # of full noise, by test: how many times less the last estimator leaves than the first
+    for t in tests:
+        at = {} if scales[0] is None else {"noise.scale": scales[0]}
+        first, last = (position.row(**{"case": t, "estimator.name": n, "quantity": "sigma3_north", "formulation": "joint", **at})["monte_carlo"]
+                       for n in (names[0], names[-1]))
+        best.append(first / last)
+    drawing.heading(figure, title, f"Uncertainty of the final position: {wording.quantity_name(names[-1])} leaves {number(min(best), 2)} to "
+                    f"{number(max(best), 2)} times less of the north error than {wording.quantity_name(names[0])}. Below, the prediction of it"
+                    + "".join(f"; {w}" for w in small) + f". {wording.counts_text(position['trials'])} trials a point, "
+                    f"{100 * confidence:g} % intervals.")
+    drawing.legend_below(figure, handles + drawing.margin_handle(margin))
     return figure

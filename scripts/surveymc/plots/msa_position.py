@@ -57,86 +57,72 @@ def position_figure(title, samples, covariances, ellipses):
     azimuth, truth = shapes["joint"][2:4]
     north, east = samples["north_m"] - truth[0], samples["east_m"] - truth[1]
 
-    figure = plt.figure(figsize=(12.0, 8.8))
-    figure.suptitle(title, x=0.02, y=0.985, ha="left")
-    figure.text(0.02, 0.945, "Final position after MSA, relative to the true one. Cloud: the first "
-                f"{grouped(len(north))} realisations; statistics: {trials_text(ellipses)}.", ha="left", va="top")
-    grid = figure.add_gridspec(2, 2, left=0.07, right=0.985, top=0.875, bottom=0.02, height_ratios=(3.0, 1.15),
-                               hspace=0.21, wspace=0.2)
+    figure = plt.figure(figsize=(12.0, 8.8), layout="constrained")
+    drawing.heading(figure, title, "Final position after MSA, relative to the true one. Cloud: the first "
+                    f"{grouped(len(north))} realisations; statistics: {trials_text(ellipses)}."
+                    + (" Lines with ticks, below in (b): predicted ellipses without width." if any(geometry.is_line(*s[:2]) for s in shapes.values())
+                       else ""))
+    grid = figure.add_gridspec(2, 2, height_ratios=(3.0, 1.15))
     plan, axes = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
     dots = drawing.dot_size(len(north), smallest=3.0)
     for ax, view in ((plan, lambda n, e: (e, n)),
                      (axes, lambda n, e: geometry.map_turned(n, e, azimuth))):
         ax.plot(*view(north, east), ".", color="#56B4E9", markersize=dots, alpha=0.5, markeredgewidth=0,
                 rasterized=True, zorder=1)
-        draw_ellipses(ax, view, shapes, truth, ticks=ax is axes)
         ax.plot(0, 0, "+", color="black", markersize=11, markeredgewidth=1.6, zorder=9)
+        draw_ellipses(ax, view, {n: s for n, s in shapes.items() if ax is plan or not geometry.is_line(*s[:2])}, truth)
+        ax.margins(0.06)
 
     plan.set_title("(a) Map, equal scales")
     plan.set_xlabel("East of the true position (m)")
     plan.set_ylabel("North of the true position (m)")
-    plan.margins(0.06)
     plan.set_aspect("equal", adjustable="datalim")
-    if max(b / a for a, b, *_ in shapes.values()) < 0.2:
-        draw_rulers(plan, shapes, truth)
-        plan.set_title("(a) Map, equal scales; major axes repeated beside it")
 
-    axes.margins(0.06)
     axes.set_xlabel(f"Along the predicted major axis, azimuth {azimuth:.2f}\N{DEGREE SIGN} (m)")
     axes.set_ylabel(f"Across it, azimuth {(azimuth - 90) % 360:.2f}\N{DEGREE SIGN} (m)")
     axes.autoscale_view()
+    draw_rulers(axes, {n: s[0] for n, s in shapes.items() if geometry.is_line(*s[:2])})
     axes.autoscale(False)
     circle = draw_circle_about_origin(axes, truth, azimuth)
-    box = axes.get_position()
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-    stretch = (box.height * figure.get_figheight() / (y1 - y0)) / (box.width * figure.get_figwidth() / (x1 - x0))
-    axes.set_title(f"(b) Along and across; across stretched {number(stretch, 2)} times")
+    minor = shapes.get("monte_carlo", shapes["joint"])[1]
+    enlarged = f", enlarged {number((x1 - x0) / (y1 - y0), 1)} times" if x1 - x0 > 1.5 * (y1 - y0) else ""
+    axes.set_title(f"(b) Along and across{enlarged}; 1{SIGMA} across: {length(minor)}")
     ellipse_table(figure.add_subplot(grid[1, :]), shapes, circle)
     return figure
 
 
-def draw_ellipses(ax, view, shapes, truth, ticks):
-    """The 1, 2, 3-sigma ellipses; view(north, east) gives what ax shows.
-
-    The sample ellipse first, then the longest. Degenerate ones are lines upon each other, with ticks at every k sigma
-    if wanted.
-    """
+def draw_ellipses(ax, view, shapes, truth):
+    """The 1, 2, 3-sigma ellipses; view(north, east) gives what ax shows. The sample ellipse first, then the longest."""
     order_of = sorted(shapes.items(), key=lambda s: (s[0] != "monte_carlo", -s[1][0]))
     for order, (name, (a, b, azimuth, centre, _)) in enumerate(order_of):
         offset = (centre[0] - truth[0], centre[1] - truth[1])
         look = {"color": LOOK[name]["color"], "linestyle": LOOK[name]["linestyle"], "zorder": 3 + 0.1 * order}
         if geometry.is_line(a, b):
-            ends = [geometry.ellipse_points_from_axes(a, 0, azimuth, k, offset, 3) for k in (1, 2, 3)]
-            line = view(*(p[:2] for p in ends[2]))
-            ax.plot(*line, color="white", linewidth=3.2, zorder=look["zorder"], solid_capstyle="butt")
-            ax.plot(*line, linewidth=2.2, **look)
-            if ticks:
-                ax.plot(*view(*(np.concatenate([p[i][:2] for p in ends]) for i in (0, 1))), linestyle="none",
-                        marker="|", markersize=12, markeredgewidth=1.8, color=look["color"], zorder=look["zorder"])
+            ends = view(*(p[:2] for p in geometry.ellipse_points_from_axes(a, 0, azimuth, 3, offset, 3)))
+            ax.plot(*ends, color="white", linewidth=3.2, zorder=look["zorder"], solid_capstyle="butt")
+            ax.plot(*ends, linewidth=2.2, **look)
             continue
         for k in (1, 2, 3):
             ax.plot(*view(*geometry.ellipse_points_from_axes(a, b, azimuth, k, offset)), linewidth=WIDTH[k], **look)
 
 
-def draw_rulers(ax, shapes, truth):
-    """Major axes beside the cloud, in its direction, with ticks at 1, 2, 3 sigma: thin ellipses hide each other."""
-    ax.apply_aspect()
-    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
-    size = min(x1 - x0, y1 - y0)
-    azimuth = shapes["joint"][2]
-    widest = 3 * max(b for _, b, *_ in shapes.values())
-    # To the upper right of the cloud, whichever way it runs.
-    right = geometry.rotate_to_axes(1.0, 1.0, azimuth)[1] > 0
-    across = np.radians(azimuth + (90 if right else -90))
-    for i, (name, (a, _, own, centre, _)) in enumerate(shapes.items()):
-        aside = widest + size * (0.06 + 0.05 * i)
-        middle = (centre[0] - truth[0] + aside * np.cos(across), centre[1] - truth[1] + aside * np.sin(across))
-        n, e = geometry.ellipse_points_from_axes(a, 0, own, 3, middle, 3)
-        ax.plot(e[:2], n[:2], color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.6)
-        for k in (-3, -2, -1, 1, 2, 3):
-            tn = middle[0] + k * a * np.cos(np.radians(own)) + size * 0.013 * np.array((-1, 1)) * np.cos(across)
-            te = middle[1] + k * a * np.sin(np.radians(own)) + size * 0.013 * np.array((-1, 1)) * np.sin(across)
-            ax.plot(te, tn, color=LOOK[name]["color"], linewidth=1.6)
+def draw_rulers(ax, sizes, ticks=(1, 2, 3), share=0.05):
+    """Ellipses that are lines along the abscissa, below each other under the cloud, with ticks at so many sigma: on their place
+    they hide each other. sizes: their 1-sigma axes, in units of the abscissa; share: of the panel, from one to the next."""
+    if not sizes:
+        return
+    low, high = sorted(ax.get_ylim())
+    down = ax.yaxis_inverted()
+    step = share * (high - low)
+    edge, step = (high, -step) if down else (low, step)
+    for i, (name, a) in enumerate(sorted(sizes.items(), key=lambda s: -s[1]), 1):
+        look = {"color": LOOK[name]["color"], "zorder": 5}
+        ax.plot([-ticks[-1] * a, ticks[-1] * a], [edge - i * step] * 2, linestyle=LOOK[name]["linestyle"], linewidth=1.8, **look)
+        ax.plot([k * a * side for k in ticks for side in (-1, 1)], [edge - i * step] * 2 * len(ticks), linestyle="none", marker="|",
+                markersize=9, markeredgewidth=1.6, **look)
+    edge -= (len(sizes) + 0.8) * step
+    ax.set_ylim(*((edge, low) if down else (edge, high)))
 
 
 def draw_circle_about_origin(ax, truth, azimuth):

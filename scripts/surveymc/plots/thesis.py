@@ -7,7 +7,7 @@ What the result has decides what is drawn, each as PNG and SVG:
 <stem>_ladder            wls_ladder.toml: 3 sigma of each parameter, from WLS to MSA
 <stem>_estimators        joint_estimation.toml: position after msa, msa_weighted, msa_joint
 <stem>_published         table8.toml, table9_10_11.toml: position uncertainty, published and ours
-<stem>_ellipsoid_<case>  table8.toml: figure 7 of the thesis (error_ellipsoids)
+<stem>_ellipsoids        table8.toml: figure 7 of the thesis, final positions with the 3-sigma ellipsoids
 
 Rankings and comparisons with published values are printed too. Figures of single points, and of the noise scale, are
 surveymc plot msa_position's.
@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from . import drawing, error_ellipsoids, estimator_figures, reading, saving, wording
+from . import drawing, estimator_figures, geometry, msa_position, reading, saving, wording
 from .drawing import LOOK, PROPAGATIONS, heading
 from .reading import PlotError
 from .wording import SIGMA, number
@@ -67,9 +67,7 @@ def hypotheses_figure(title, parameters):
                [[str(i), law.replace("_", " "), reference, f"{rms(r):.3f}", f"{r.min():.3f}", f"{r.max():.3f}"]
                 for i, ((law, reference), r) in enumerate(ranked.items(), 1)], left=3)
     count = len(ranked)
-    figure, (ax, bars) = plt.subplots(1, 2, figsize=(12.0, 0.34 * count + 2.3), sharey=True, width_ratios=(2.6, 1))
-    figure.subplots_adjust(left=0.285, right=0.975, top=1 - 0.85 / figure.get_figheight(),
-                           bottom=0.95 / figure.get_figheight(), wspace=0.05)
+    figure, (ax, bars) = plt.subplots(1, 2, figsize=(12.0, 0.34 * count + 2.3), sharey=True, width_ratios=(2.6, 1), layout="constrained")
     size = len(next(iter(ranked.values())))
     heading(figure, title, f"{size} published standard deviations over Monte Carlo ({', '.join(tests)}; "
             f"{wording.counts_text(parameters['trials'])} trials a point). Noise law and reference on the left; "
@@ -94,7 +92,7 @@ def hypotheses_figure(title, parameters):
     bars.set_xlim(0, 1.18 * max(rms(r) for r in ranked.values()))
     handles = [Line2D([], [], color=c, marker="o", label=f"reference {n.replace(' deg', chr(176))}")
                for n, c in REFERENCE_LOOK.items() if any(reference == n for _, reference in ranked)]
-    figure.legend(handles=handles, loc="lower center", ncol=5, bbox_to_anchor=(0.5, 0.005))
+    drawing.legend_below(figure, handles)
     return figure
 
 
@@ -130,8 +128,7 @@ def source_of(config, case, formulation):
 
 def published_figure(title, position, config, confidence):
     tests = list(dict.fromkeys(position["case"]))
-    figure, panels = plt.subplots(1, 2, figsize=(12.5, 6.6))
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.84, bottom=0.155, wspace=0.16)
+    figure, panels = plt.subplots(1, 2, figsize=(12.5, 6.6), layout="constrained")
     heading(figure, title, f"3{SIGMA} of the final position, published (hollow; the number is published / predicted) beside "
             f"ours. {wording.counts_text(position['trials'])} trials a point.")
     sources = {}
@@ -177,8 +174,59 @@ def published_figure(title, position, config, confidence):
         if f in sources:
             handles.append(Line2D([], [], linestyle="none", marker="s", color=LOOK[f]["color"], markerfacecolor="none",
                                   markersize=8, label=sources[f]))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.02), columnspacing=1.2,
-                  handletextpad=0.4)
+    drawing.legend_below(figure, handles)
+    return figure
+
+
+# --- ellipsoids -----------------------------------------------------------------------------------------------------
+
+
+def ellipsoids_figure(title, samples, covariances, position):
+    """Two views of every test, along and across the direction in which the joint ellipsoid is longest on the map: from above and
+    from the side. In a plane well azimuth errors move no vertical to first order: such ellipses are lines."""
+    cases = list(dict.fromkeys(covariances["case"]))
+    figure, panels = drawing.panels(2 * len(cases), (5.6, 2.6), columns=2)
+    formulations = ("monte_carlo", *PROPAGATIONS)
+    for case, *views in zip(cases, panels[::2], panels[1::2]):
+        cloud = reading.at_point(samples, ["case"], [case])
+        points = np.array([cloud[f"{d}_m"] for d in ("north", "east", "vertical")])
+        points = points - points.mean(axis=1, keepdims=True)
+        found = {}
+        for name in formulations:
+            r = covariances.row(case=case, formulation=name)
+            if r is not None:
+                found[name] = np.array([[r["nn_m2"], r["ne_m2"], r["nv_m2"]], [r["ne_m2"], r["ee_m2"], r["ev_m2"]],
+                                        [r["nv_m2"], r["ev_m2"], r["vv_m2"]]])
+        azimuth = geometry.ellipse_axes(found["joint"][:2, :2])[2]
+        a = np.radians(azimuth)
+        along, left, down = np.array([np.cos(a), np.sin(a), 0]), np.array([np.sin(a), -np.cos(a), 0]), np.array([0, 0, 1.0])
+        for ax, other, word in zip(views, (left, down), ("to the left", "down")):
+            turn = np.array([along, other])
+            xy = turn @ points
+            is_small = np.abs(xy[1]).max() < 0.5
+            scale = np.array([[1.0], [1000.0 if is_small else 1.0]])
+            ax.plot(*(xy * scale), ".", color="#56B4E9", markersize=3, alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
+            lines = {}
+            for name in sorted(found, key=lambda f: (f != "monte_carlo", -found[f][0, 0])):
+                flat = turn @ found[name] @ turn.T
+                if flat[1, 1] <= 1e-12 * flat[0, 0]:
+                    lines[name] = np.sqrt(flat[0, 0])
+                    continue
+                root = np.linalg.cholesky(flat / np.outer(np.sqrt(np.diag(flat)), np.sqrt(np.diag(flat))) + 1e-15 * np.eye(2))
+                t = np.linspace(0, 2 * np.pi, 361)
+                outline = 3 * np.sqrt(np.diag(flat))[:, None] * (root @ np.array([np.cos(t), np.sin(t)]))
+                ax.plot(*(outline * scale), color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.7, zorder=3)
+            ax.plot(0, 0, "+", color="black", markersize=10, markeredgewidth=1.5, zorder=9)
+            if word == "down":
+                ax.invert_yaxis()
+            msa_position.draw_rulers(ax, lines, (3,), 0.08)
+            ax.set_ylabel(f"{word.capitalize()} ({'mm' if is_small else 'm'})")
+            ax.set_title(f"{case}, {'from above' if word != 'down' else 'from the side'}")
+            ax.set_xlabel(f"Along azimuth {azimuth:.0f}\N{DEGREE SIGN} (m)" if case == cases[-1] else f"Along {azimuth:.0f}\N{DEGREE SIGN} (m)")
+    drawing.heading(figure, title, f"Final positions after MSA about their mean with 3{SIGMA} ellipses; lines with ends: predicted ellipses without width. Scales of the axes differ. "
+                    f"Cloud: the first {wording.grouped(cloud.rows)} of {wording.counts_text(position['trials'])} trials.")
+    drawing.legend_below(figure, [Line2D([], [], color=LOOK[f]["color"], linestyle=LOOK[f]["linestyle"], label=LOOK[f]["label"])
+                                  for f in formulations])
     return figure
 
 
@@ -194,7 +242,6 @@ def main():
         tables = {n: reading.read_table(file, n)
                   for n in ("parameters", "hanak_parameters", "position", "position_covariance", "position_hla")}
         samples = reading.read_table(file, "realisations", "samples")
-        holes = error_ellipsoids.last_stations(file, config)
     parameters, position = tables["parameters"], tables["position"]
     if parameters is None or parameters.rows == 0:
         raise PlotError(f"{arguments.result}: table 'parameters' is missing or empty")
@@ -212,12 +259,8 @@ def main():
     elif position and keys == ["case"]:
         if np.any(np.isfinite(position["published"])):
             figures["published"] = published_figure(title, position, config, position.confidence)
-        if samples and samples.rows:
-            for case in dict.fromkeys(position["case"]):
-                figures["ellipsoid_" + wording.name_of([case.replace(" ", "")])] = error_ellipsoids.figure(
-                    f"{title}: {case}", reading.at_point(samples, keys, (case,)),
-                    reading.at_point(tables["position_covariance"], keys, (case,)), holes.get(case),
-                    int(reading.at_point(position, keys, (case,))["trials"][0]))
+        if samples and samples.rows and tables["position_covariance"]:
+            figures["ellipsoids"] = ellipsoids_figure(title, samples, tables["position_covariance"], position)
     if "hypotheses" not in figures:
         for table in tables.values():
             if table and "published" in table:
