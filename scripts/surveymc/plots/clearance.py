@@ -75,6 +75,13 @@ class Clearance:
                 for f in ([formulation] if formulation else self.formulations(offset))]
         return min(filter(None, rows), key=finite_or_inf, default=None)
 
+    def with_least(self, offset, md, distance):
+        """Depths and distances of a curve, with those of the least values between the stations."""
+        least = self.least.where(lambda i: self.least["offset"][i] == offset and self.least["direction"][i] == "reference"
+                                 and np.isfinite(self.least["distance_m"][i]))
+        md, place = np.unique(np.concatenate([md, least["ref_md_m"]]), return_index=True)
+        return md, np.concatenate([distance, least["distance_m"]])[place]
+
     def less_along_the_offset(self, offset):
         """', along the offset 0.0648' where the factor seen from there is the smaller one; pictures are of the reference."""
         seen = [self.least_row(offset, direction=d) for d in ("reference", "offset")]
@@ -113,13 +120,21 @@ def relative_position(row):
     return d, np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
 
 
-def lines_of_two(data, offsets, text, wide=11.0, right=0.965):
+def lines_of_two(data, offsets, text):
     """A figure with plan and section of each offset."""
-    figure, panels = plt.subplots(len(offsets), 2, figsize=(wide, 1.7 + 5.1 * len(offsets)), squeeze=False)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.09, right=right, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
+    figure, panels = plt.subplots(len(offsets), 2, figsize=(11.0, 1.3 + 4.9 * len(offsets)), squeeze=False, layout="constrained")
     drawing.heading(figure, data.title, text)
     return figure, panels
+
+
+def strips(data, text, high):
+    """A figure with a strip along the reference for each offset."""
+    figure, panels = plt.subplots(len(data.offsets), 1, figsize=(11.5, 1.4 + high * len(data.offsets)), squeeze=False, sharex=True,
+                                  layout="constrained")
+    drawing.heading(figure, data.title, text + note_of(data))
+    panels[-1, 0].set_xlabel("Measured depth on the reference (m)")
+    panels[-1, 0].set_xlim(np.min(data.rows["ref_md_m"]), np.max(data.rows["ref_md_m"]))
+    return figure, panels[:, 0]
 
 
 def note_of(data):
@@ -128,18 +143,15 @@ def note_of(data):
 
 
 def ladder(data):
-    figure, panels = plt.subplots(len(data.offsets), 1, figsize=(11.5, 1.6 + 2.9 * len(data.offsets)), squeeze=False, sharex=True)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.08, right=0.975, top=1 - 1.15 / high, bottom=0.65 / high, hspace=0.32)
-    drawing.heading(figure, data.title, f"Distance of the centre lines, and what it is held against: hole radii + S_m = {data.margin:g} m "
-                     f"+ {data.k:g} x sd of the distance (with {data.project_ahead:g} m ahead of the bit)." + note_of(data))
-    for ax, offset in zip(panels[:, 0], data.offsets):
+    figure, panels = strips(data, f"Distance of the centre lines, and what it is held against: hole radii + S_m = {data.margin:g} m "
+                            f"+ {data.k:g} x sd of the distance (with {data.project_ahead:g} m ahead of the bit).", 2.9)
+    for ax, offset in zip(panels, data.offsets):
         for i, f in enumerate(data.formulations(offset)):
             t = data.of(offset, f)
             md = t["ref_md_m"]
             need = data.radii(offset) + data.margin + data.k * np.hypot(t["sd_relative_m"], data.project_ahead)
             if i == 0:
-                ax.plot(md, t["distance_m"], color="#222222", linewidth=2.0, label="distance")
+                ax.plot(*data.with_least(offset, md, t["distance_m"]), color="#222222", linewidth=2.0, label="distance")
                 ax.fill_between(md, 0, data.radii(offset), color="#777777", linewidth=0, label="hole radii")
                 far = np.array([e != "interior" for e in t["end"]])
                 ax.plot(md[far], t["distance_m"][far], ".", color="#222222", markersize=5, label="closest at an end of the offset")
@@ -151,22 +163,17 @@ def ladder(data):
         apart = data.of(offset, data.formulations(offset)[0])["distance_m"]
         top = max(4 * (data.radii(offset) + data.margin + data.k * np.hypot(most, data.project_ahead)), 1.5 * np.nanmin(apart))
         ax.set_ylim(0, min(top, 1.05 * np.nanmax(apart)))
-        ax.set_ylabel("m")
+        ax.set_ylabel("Distance (m)")
         ax.set_title(f"{offset}: least separation factor along the reference {number(least['continuous'])} at "
                      f"{number(least['ref_md_m'], 5)} m ({least['formulation']}){data.less_along_the_offset(offset)}")
         ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=8.5)
-    figure.subplots_adjust(right=0.79)
-    panels[-1, 0].set_xlabel("Measured depth on the reference (m)")
-    panels[-1, 0].set_xlim(np.min(data.rows["ref_md_m"]), np.max(data.rows["ref_md_m"]))
     return figure
 
 
 def separation(data):
-    figure, panels = plt.subplots(len(data.offsets), 1, figsize=(11.5, 1.6 + 2.7 * len(data.offsets)), squeeze=False, sharex=True)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.08, right=0.79, top=1 - 1.15 / high, bottom=0.65 / high, hspace=0.32)
-    drawing.heading(figure, data.title, "Separation factor along the reference: lines through its stations, dots at the least value between them. Below 1 the rule is broken." + note_of(data))
-    for ax, offset in zip(panels[:, 0], data.offsets):
+    figure, panels = strips(data, "Separation factor along the reference: lines through its stations, dots at the least value between "
+                            "them. Below 1 the rule is broken.", 2.7)
+    for ax, offset in zip(panels, data.offsets):
         factors = {f: data.of(offset, f)["separation_factor"] for f in data.formulations(offset)}
         least = {f: data.least_row(offset, f) for f in factors}
         seen = np.concatenate([*factors.values(), [r["continuous"] for r in least.values()]])
@@ -193,8 +200,6 @@ def separation(data):
         ax.set_title(f"{offset}: least {number(data.least_row(offset)['continuous'])}{data.less_along_the_offset(offset)}")
         ax.set_ylabel("Separation factor")
         ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=8.5)
-    panels[-1, 0].set_xlabel("Measured depth on the reference (m)")
-    panels[-1, 0].set_xlim(np.min(data.rows["ref_md_m"]), np.max(data.rows["ref_md_m"]))
     return figure
 
 
@@ -202,12 +207,10 @@ def cylinder(data):
     """Polar: distance against the direction from the high side; rings where the separation factor would be 1."""
     columns = min(3, len(data.offsets))
     lines = -(-len(data.offsets) // columns)
-    figure, panels = plt.subplots(lines, columns, figsize=(max(9.6, 4.6 * columns + 0.9), 4.7 * lines + 1.4), squeeze=False,
-                                  subplot_kw={"projection": "polar"})
-    high, wide = figure.get_figheight(), figure.get_figwidth()
-    figure.subplots_adjust(left=0.05, right=1 - 1.4 / wide, top=1 - 1.75 / high, bottom=0.35 / high, hspace=0.35, wspace=0.3)
-    drawing.heading(figure, data.title, "Travelling cylinder: the offset seen along the reference, high side up, by measured depth.\n"
-                     "Orange rings: where the separation factor would be 1, at the depths of the points." + note_of(data))
+    figure, panels = plt.subplots(lines, columns, figsize=(max(7.5, 4.4 * columns + 0.9), 4.4 * lines + 1.2), squeeze=False,
+                                  subplot_kw={"projection": "polar"}, layout="constrained")
+    drawing.heading(figure, data.title, "Travelling cylinder: the offset seen along the reference, high side up, by measured depth. "
+                    "Orange rings: where the separation factor would be 1, at the depths of the points." + note_of(data))
     image, shown = None, []
     for ax in panels.flat[len(data.offsets):]:
         ax.set_visible(False)
@@ -235,7 +238,7 @@ def cylinder(data):
         ax.tick_params(labelsize=8)
         ax.set_title(f"{offset} (m)", pad=14)
     if image is not None:
-        bar = figure.colorbar(image, cax=figure.add_axes((1 - 1.05 / wide, 0.15, 0.16 / wide, 0.6)))
+        bar = figure.colorbar(image, ax=list(panels.flat), shrink=0.7)
         bar.set_label("Measured depth on the reference (m)")
     return figure
 
@@ -266,7 +269,7 @@ def frame(ax, points, size, down):
 def views(data, sigma):
     offsets = data.offsets[:4]
     figure, panels = lines_of_two(data, offsets, f"Where the separation factor along the reference is least: paths, {sigma:g}{SIGMA} ellipses (filled) and pedal curves (lines) of each well, "
-                     "and the line between\nthe centres. The pedal curve's radius along that line is what the rule takes.")
+                     "and the line between the centres. The pedal curve's radius along that line is what the rule takes.")
     for line, offset in zip(panels, offsets):
         least = data.least_row(offset)
         found = data.at_least(offset, least["formulation"], "reference")
@@ -307,7 +310,7 @@ def views(data, sigma):
 def relative(data, sigma):
     offsets = data.offsets[:4]
     figure, panels = lines_of_two(data, offsets, f"The offset relative to the reference where the separation factor along it is least: {sigma:g}{SIGMA} ellipses of the relative covariance by what the "
-                     "wells share.\nThe disc at the cross is the reference's place, with both hole radii.", wide=13.6, right=0.78)
+                     "wells share. The disc at the cross is the reference's place, with both hole radii.")
     for line, offset in zip(panels, offsets):
         worst = data.at_least(offset, data.least_row(offset)["formulation"], "relative")
         for i, f in enumerate(data.formulations(offset)):
@@ -344,7 +347,7 @@ def cloud(data):
     offsets = [o for o in data.offsets if np.any(s["offset"] == everywhere.index(o) + 1)][:4]
     first = data.formulations(offsets[0])[0]
     figure, panels = lines_of_two(data, offsets, f"Errors of the relative position, drawn with all errors of both wells; 1, 2, 3{SIGMA} ellipses of the relative covariance "
-                     f"({first}).\nThe arrow points along the line between the wells.")
+                     f"({first}). The arrow points along the line between the wells.")
     for line, offset in zip(panels, offsets):
         c = data.covariance
         formulation = data.formulations(offset)[0]
