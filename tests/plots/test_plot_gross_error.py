@@ -31,9 +31,11 @@ class DesignedPower(unittest.TestCase):
         count = len(quantities)
         rows = {key: np.repeat(values, count), "quantity": quantities * len(values),
                 "formulation": ["linear" if q == "detection_bx" else "single" for q in quantities] * len(values)}
-        rows |= {c: np.full(count * len(values), 0.2) for c in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high")}
+        rows |= {c: np.full(count * len(values), 0.2) for c in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high", "analytic")}
+        rows |= {"trials": np.full(count * len(values), 100.0), "failed": np.zeros(count * len(values))}
         table = reading.Table("detection", rows)
-        figure = plot.bars_figure("t", table, [key], lambda i: plot.designed_power({"inject": inject}, [key], [table[key][i]]), 0.95)
+        figure = plot.bars_figure("t", table, [key], lambda i: plot.designed_power({"inject": inject}, [key], [table[key][i]]), "")
+        self.assertIn("100 trials", figure.texts[-1].get_text())
         dashed = [x for x in figure.axes[0].lines if x.get_linestyle() == "--"]
         return [(x.get_xdata()[0], *x.get_ydata()) for x in dashed]
 
@@ -42,6 +44,19 @@ class DesignedPower(unittest.TestCase):
         self.assertEqual(self.bars("power", [0.5, 0.95], inject), [(0.5, -0.5, 0.5), (0.95, 0.5, 1.5)])
         self.assertEqual(self.bars("factor", [0.5, 1.0, 2.0], inject), [(0.8, 0.5, 1.5)])
         self.assertEqual(self.bars("factor", [1.0, -1.0], inject), [(0.8, 0, 1)])  # one line through all
+
+
+    def test_one_case_has_a_line_for_each_rate(self):
+        quantities = ["detection_bx", *plot.OUTCOMES]
+        rates = np.arange(1, len(quantities) + 1) / 10
+        table = reading.Table("detection", {"quantity": quantities, "formulation": ["linear"] + ["single"] * len(plot.OUTCOMES),
+                                            "monte_carlo": rates, "monte_carlo_ci_low": rates - 0.01, "monte_carlo_ci_high": rates + 0.01,
+                                            "analytic": rates + 0.02, "trials": np.full(len(rates), 100.0), "failed": np.zeros(len(rates))})
+        figure = plot.bars_figure("t", table, [], lambda i: 0.8, plot.place_of({"inclination_deg": 85.0, "toolface_deg": [1.0, 2.0]}, [], []))
+        self.assertIn("Inclination 85\N{DEGREE SIGN}.", figure.texts[-1].get_text())
+        drawn = [line.get_xdata()[0] for bars in figure.axes[0].containers for line in [bars[0]]]
+        np.testing.assert_allclose(drawn, rates)
+        self.assertEqual([t.get_text() for t in figure.axes[0].get_yticklabels()][:2], ["the test of bx rejects", "rejected: the right ones, and only these"])
 
 
 class GrossError(plot_case.Drawing):

@@ -53,12 +53,12 @@ def point_of(table, keys, i):
     return [table[k][i] for k in keys]
 
 
-def curves_figure(title, table, keys, power_of, confidence):
+def curves_figure(title, table, keys, power_of, place):
     cases = cases_of(table, [k for k in keys if k != "factor"])
-    figure, panels = plt.subplots(1, len(cases), figsize=(max(3.7 * len(cases), 6) + 0.6, 4.8), squeeze=False, sharey=True)
+    figure, panels = drawing.panels(len(cases), (3.7, 3.6), columns=len(cases), sharey=True)
     looks = {"detection": ("nonlinear", "#0072B2", "o", "-"), "identified": ("single", "#009E73", "s", (0, (7, 2))),
              "identified_wrong": ("single", "#D55E00", "^", (0, (1, 1.3)))}
-    for axes, (name, rows) in zip(panels[0], cases.items()):
+    for axes, (name, rows) in zip(panels, cases.items()):
         for quantity, (formulation, colour, marker, line) in looks.items():
             x, rate, low, high, predicted = series(table, rows, formulation, quantity)
             if len(x) == 0:
@@ -75,15 +75,54 @@ def curves_figure(title, table, keys, power_of, confidence):
         axes.set_title(f"error in {name}" if name else "", fontsize=9)
         axes.set_xlabel("size of the error (minimal detectable errors)" if power is not None else "size of the error (times that of the config)")
         axes.set_ylim(-0.02, 1.02)
-    panels[0][0].set_ylabel("share of the runs")
-    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="lower center", ncols=2, fontsize=8)
-    figure.suptitle(f"{title}\npoints: Monte Carlo with {100 * confidence:g} % intervals; lines: predicted",
-                    fontsize=10)
-    figure.tight_layout(rect=(0, 0.11, 1, 1))
+    panels[0].set_ylabel("share of the runs")
+    drawing.heading(figure, title, f"Points: Monte Carlo with {100 * table.confidence:g} % intervals, {wording.trials_text(table)} each; lines: predicted.{place}")
+    drawing.legend_below(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
-def bars_figure(title, table, keys, power_of, confidence):
+def place_of(config, keys, point):
+    """' Inclination 85\N{DEGREE SIGN}, toolface 45\N{DEGREE SIGN}, ...' of a point whose angles are single numbers; '' without."""
+    found = [(w, reading.setting_at(config, keys, point, f"{k}_deg")) for w, k in
+             (("inclination", "inclination"), ("toolface", "toolface"), ("magnetic azimuth", "magnetic_azimuth"))]
+    words = ", ".join(f"{w} {v:g}\N{DEGREE SIGN}" for w, v in found if isinstance(v, (int, float)))
+    return f" {words[0].upper()}{words[1:]}." if words else ""
+
+
+def single_figure(title, table, power, place):
+    """One case, one strategy: what the tests find, and what is blamed, a line each."""
+    labels = {"detection_any": "any reading's test rejects", "detection_general": "the general test rejects",
+              "identified": "rejected: the right ones, and only these", "identified_group": "rejected: their inseparable group",
+              "identified_partly": "rejected: some of them, or others with them", "identified_wrong": "rejected: others only",
+              "missed": "nothing is rejected"}
+    own = [q for q in dict.fromkeys(table["quantity"]) if q.startswith("detection_") and q not in labels]
+    labels = {q: f"the test of {wording.quantity_name(q.removeprefix('detection_'))} rejects" for q in own} | labels
+    shown = [q for q in labels if any(q == x and table["formulation"][i] != "design" for i, x in enumerate(table["quantity"]))]
+    figure, axes = plt.subplots(figsize=(8.6, 0.4 * len(shown) + 1.8), layout="constrained")
+    looks = {"linear": ("linear theory", "#D55E00", "^"), "nonlinear": ("without linearisation", "#009E73", "D")}
+    handles = {}
+    for y, q in enumerate(shown):
+        rows = [i for i in range(table.rows) if table["quantity"][i] == q and table["formulation"][i] != "design"]
+        for i in rows:
+            label, colour, marker = looks.get(table["formulation"][i], ("without linearisation", "#009E73", "D"))
+            handles[label], = axes.plot(table["analytic"][i], y, marker, color=colour, markersize=8, markerfacecolor="none", label=label,
+                                        clip_on=False)
+        rate, low, high = (table[f"monte_carlo{end}"][rows[0]] for end in ("", "_ci_low", "_ci_high"))
+        handles["Monte Carlo"] = axes.errorbar(rate, y, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], fmt="o", color="#0072B2", capsize=4,
+                                               markersize=4.5, zorder=4, clip_on=False, label=f"Monte Carlo, {100 * table.confidence:g} % interval")
+        axes.annotate(wording.number(rate), (1, y), xycoords=("axes fraction", "data"), xytext=(10, 0), textcoords="offset points", va="center")
+    if power is not None:
+        handles["power"] = axes.axvline(power, color="#111111", linewidth=1, linestyle=(0, (3, 2)), label=f"designed power {power:g}")
+    axes.set_yticks(range(len(shown)), [labels[q] for q in shown])
+    axes.set_ylim(len(shown) - 0.5, -0.5)
+    axes.set_xlim(0, 1)
+    axes.set_xlabel("share of the runs (right: Monte Carlo)")
+    drawing.heading(figure, title, f"{wording.trials_text(table)}.{place}")
+    drawing.legend_below(figure, list(handles.values()))
+    return figure
+
+
+def bars_figure(title, table, keys, power_of, place):
     bars = []
     for name, rows in cases_of(table, keys).items():
         detections = [i for i in rows if table["formulation"][i] == "linear" and
@@ -95,17 +134,20 @@ def bars_figure(title, table, keys, power_of, confidence):
                 bars.append((name, strategy, found, detections, power_of(rows[0])))
     if not bars:
         raise reading.PlotError("the result has no injected errors: nothing to draw")
+    if len(bars) == 1:
+        return single_figure(title, table, bars[0][-1], place)
     one_strategy = len({strategy for _, strategy, *_ in bars}) == 1
     bars = [(name if name and one_strategy else ", ".join(filter(None, (name, strategy))), *rest) for name, strategy, *rest in bars]
-    figure, axes = plt.subplots(figsize=(8.6, 0.5 * len(bars) + 2.3))
-    interval = f"{100 * confidence:g} % interval"
+    figure, axes = plt.subplots(figsize=(8.6, 0.5 * len(bars) + 2.3), layout="constrained")
+    interval, labelled = f"{100 * table.confidence:g} % interval", set()
     for k, (_, found, detections, _) in enumerate(bars):
         left = 0.0
         for outcome, (colour, hatch, label) in OUTCOMES.items():
             i = found[outcome]
             rate = table["monte_carlo"][i]
             axes.barh(k, rate, left=left, height=0.62, color=colour, hatch=hatch, edgecolor="#333333", linewidth=0.6,
-                      label=label if k == 0 else None)
+                      label=label if outcome not in labelled and rate > 0 else None)
+            labelled |= {outcome} if rate > 0 else set()
             left += rate
             if rate > 0.06:
                 axes.text(left - rate / 2, k, wording.number(rate, 3), ha="center", va="center", fontsize=8, color="#111111",
@@ -130,11 +172,10 @@ def bars_figure(title, table, keys, power_of, confidence):
     axes.set_yticks(range(len(bars)), [b[0] for b in bars])
     axes.set_ylim(len(bars) - 0.45, -0.6)
     axes.set_xlim(0, 1)
-    axes.set_xlabel("share of the runs: what is rejected")
+    axes.set_xlabel("share of the runs")
     axes.grid(False)
-    figure.legend(loc="lower center", ncols=3, fontsize=8)
-    figure.suptitle(title, fontsize=10)
-    figure.tight_layout(rect=(0, 0.75 / figure.get_figheight(), 1, 1))
+    drawing.heading(figure, title, f"What is rejected; {wording.trials_text(table)} a line.{place}")
+    drawing.legend_below(figure, axes.get_legend_handles_labels()[0])
     return figure
 
 
@@ -150,9 +191,11 @@ def main():
         raise reading.PlotError(f"{arguments.result}: has no table 'detection': a run of events is drawn by surveymc plot collision")
     keys = reading.sweep_keys(config, table)
     curves = "factor" in keys and len(set(table["factor"])) > 3
+    places = {place_of(config, keys, point) for point in reading.sweep_points(table, keys)}
+    place = places.pop() if len(places) == 1 else ""
     if curves:  # the diamond is at the factor 1, whatever factors are swept
-        figure = curves_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i), 1), table.confidence)
+        figure = curves_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i), 1), place)
     else:
-        figure = bars_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i)), table.confidence)
+        figure = bars_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i)), place)
     folder = saving.figures_folder(arguments.output, arguments.result)
     saving.save(figure, folder, saving.stem_of(arguments.result))
