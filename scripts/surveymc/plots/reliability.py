@@ -147,7 +147,9 @@ def main():
 
     def draw(kind, figure_of):
         for number, page in enumerate(pages, 1):
-            saving.save(figure_of(page), folder, f"{stem}_{kind}" + (f"_{number}" if len(pages) > 1 else ""))
+            figure = figure_of(page)
+            if figure is not None:
+                saving.save(figure, folder, f"{stem}_{kind}" + (f"_{number}" if len(pages) > 1 else ""))
 
     if len(plane) == 2:
         draw(effect_name, lambda page: maps_figure(title, detectable, effect, plane, page, observation_of, effect_name, tolerance))

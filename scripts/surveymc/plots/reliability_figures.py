@@ -149,20 +149,28 @@ def nonlinear_figure(title, grids, names, rows, observation_of, differs=None):
 
 
 def direction_figure(title, grids, names, rows):
-    """Entries of the weakest combination: a unit vector in standard deviations."""
-    figure, panels = plt.subplots(len(rows), len(grids), figsize=(4 * len(grids) + 1.2, 3.4 * len(rows) + 0.7),
-                                  squeeze=False, layout="constrained")
+    """Entries of the weakest combination, a unit vector in standard deviations. An entry that is nearly 1 everywhere is a sentence."""
+    shown, said = [], []
+    for suffix, chosen in rows:
+        for grid in grids:
+            words = NAMES[grid.name.removeprefix("direction_")] + (f", {suffix}" if suffix else "")
+            values = grid.slice(chosen)
+            if np.ptp(values) < 0.12:
+                said.append(f"{words}: {np.min(values):.2f} to {np.max(values):.2f} everywhere")
+            else:
+                shown.append((words, values))
+    if not shown:
+        return None
+    figure, panels = drawing.panels(len(shown), (3.9, 3.3))
     x, y = plane_of(grids[0], names)
     levels = np.linspace(-1, 1, 21)
-    for row, (suffix, chosen) in zip(panels, rows):
-        for axes, grid in zip(row, grids):
-            filled = axes.contourf(x, y, grid.slice(chosen), levels=levels, cmap="PuOr", extend="neither")
-            for collection in filled.collections:
-                collection.set_edgecolor("face")
-            observation = grid.name.removeprefix("direction_")
-            frame(axes, x, y, names, NAMES[observation] + (f", {suffix}" if suffix else ""))
+    for axes, (words, values) in zip(panels, shown):
+        filled = axes.contourf(x, y, values, levels=levels, cmap="PuOr", extend="neither")
+        for collection in filled.collections:
+            collection.set_edgecolor("face")
+        frame(axes, x, y, names, words)
     figure.colorbar(filled, ax=panels, label="entry of the unit vector (sd)", shrink=0.8, ticks=levels[::4])
-    figure.suptitle(f"{title}\nerrors of these sizes, in standard deviations, at once show least", fontsize=10)
+    drawing.heading(figure, title, "Errors of these sizes, in standard deviations, at once show least. " + "; ".join(said) + ("." if said else ""))
     return figure
 
 

@@ -6,7 +6,6 @@ A panel for each point of the sweep, over measured depth, PNG and SVG next to th
 error in that observation matters most. Pale crosses: what linear theory says where it is off by more than 20 %. A gap: an
 error of any size passes there (infinite). References that all stations share are horizontal lines.
 """
-import textwrap
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -34,10 +33,9 @@ def main():
     points = reading.sweep_points(table, keys)
     if len(points) > 6:
         raise reading.PlotError(f"{arguments.result}: {len(points)} panels: sweep fewer values", USAGE)
-    figure, panels = plt.subplots(1, len(points), figsize=(max(4.3 * len(points), 6) + 0.4, 4.8), squeeze=False,
-                                  sharey=True)
-    largest, handles = [], {}
-    for axes, point in zip(panels[0], points):
+    figure, panels = drawing.panels(len(points), (4.6, 4.4), columns=len(points), sharey=True)
+    sizes, handles = {}, {}
+    for axes, point in zip(panels, points):
         rows = reading.at_point(table, keys, point)
         for name, (colour, line) in LOOK.items():
             own = rows.where(lambda i: rows["observation"][i] == name)
@@ -46,6 +44,7 @@ def main():
             size = np.where(np.isfinite(own["position_m"]), own["position_m"], np.nan)
             if not np.any(np.isfinite(size)):
                 continue
+            sizes[name] = max(sizes.get(name, 0), np.nanmax(size))
             if own["station"][0] < 0:
                 handles[NAMES[name]] = axes.axhline(size[0], color=colour, linestyle=line, linewidth=1.3)
             else:
@@ -57,22 +56,25 @@ def main():
                     axes.plot(np.asarray(own["md_m"])[off], linear[off], "x", color=colour, alpha=0.35, markersize=4)
                 worst = int(np.nanargmax(size))
                 axes.plot(own["md_m"][worst], size[worst], "o", color=colour, markersize=7, markerfacecolor="none")
-            largest.append(np.nanmax(size))
-        axes.set_xlabel("measured depth (m)")
+        axes.set_xlabel("Measured depth (m)")
         axes.set_title(wording.point_name(keys, point), fontsize=9)
-    panels[0][0].set_ylabel("effect on the final position (m)")
-    top = 1.5 * max(largest, default=1.0)
-    panels[0][0].set_yscale("log")
-    panels[0][0].set_ylim(top / 3000, top)
-    panels[0][0].yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: f"{v:g}"))
-    panels[0][0].yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=9, fontsize=9, columnspacing=1.4)
+    panels[0].set_ylabel("Effect on the final position (m)")
+    top = 1.5 * max(sizes.values(), default=1.0)
+    below = [name for name, size in sizes.items() if size < top / 3000]  # of no account, and of no line
+    for name in below:
+        handles.pop(NAMES[name])
+    panels[0].set_yscale("log")
+    panels[0].set_ylim(top / 3000, top)
+    panels[0].yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: f"{v:g}"))
+    panels[0].yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     words = "its worst toolface (x and y coincide)" if config.get("toolface") == "worst" else "the survey's toolface"
     test = "the reading's own test" if config.get("detected_by") == "own" else "the general test"
     meaning = (f"the smallest error that {test} finds in one reading of one station, at {words}, without linearisation; "
                "rings: worst station; pale crosses: linear theory, where it is off by more than 20\N{NO-BREAK SPACE}%")
-    lines = textwrap.wrap(meaning[0].upper() + meaning[1:], int(14 * figure.get_figwidth()))
-    drawing.heading(figure, title, "\n".join(lines))
-    figure.tight_layout(rect=(0, 0.06, 1, 1 - (0.4 + 0.17 * len(lines)) / figure.get_figheight()))
+    meaning += f"; {', '.join(NAMES[n] for n in below)}: less than {wording.number(top / 3000, 1)} m" if below else ""
+    drawing.heading(figure, title, meaning[0].upper() + meaning[1:] + ".")
+    for label, line in handles.items():
+        line.set_label(label)
+    drawing.legend_below(figure, list(handles.values()))
     folder = saving.figures_folder(arguments.output, arguments.result)
     saving.save(figure, folder, saving.stem_of(arguments.result))
