@@ -35,7 +35,7 @@ class Parts(unittest.TestCase):
 
 def words(figure):
     """All texts of a figure."""
-    return " ".join(t.get_text() for t in figure.findobj(matplotlib.text.Text))
+    return " ".join(" ".join(t.get_text().split()) for t in figure.findobj(matplotlib.text.Text))
 
 
 class Captions(unittest.TestCase):
@@ -59,6 +59,12 @@ class Captions(unittest.TestCase):
                        plot.curves_figure("t", of[2])):
             self.assertIn("80 % interval", words(figure))
             self.assertNotIn("95 % interval", words(figure))
+        for table in (delay, blame, *of):
+            table["trials"][:] = 3
+        for figure in (plot.operating_figure("t", delay, blame, keys, points), plot.delay_figure("t", of[0], of[1], None),
+                       plot.curves_figure("t", of[2])):  # intervals of three realisations are those of nothing
+            self.assertIn("too few for intervals", words(figure))
+            self.assertEqual([c for ax in figure.axes for c in ax.collections if c.get_visible() and len(c.get_paths())], [])
 
     @unittest.skipUnless(SWEEP, "SURVEYMC_SWEEP_RESULT is not set")
     def test_the_longest_median_is_in_the_panel(self):
@@ -67,7 +73,7 @@ class Captions(unittest.TestCase):
         keys = ["sprt.shift_z"]
         points = reading.sweep_points(blame, keys)
         finite = delay["delay_q50_h"][np.isfinite(delay["delay_q50_h"])]
-        top = plot.operating_figure("t", delay, blame, keys, points).axes[0].get_ylim()[1]
+        top = plot.operating_figure("t", delay, blame, keys, points).axes[0].get_xlim()[1]
         self.assertGreater(top, np.max(finite))
         self.assertLess(top, 2 * np.max(finite))
         delay["delay_q50_h"][:] = delay["delay_q05_h"][:] = np.inf

@@ -15,6 +15,7 @@ Those of mwd_drift: mwd_drift_figures.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.lines import Line2D
 
 from .. import storage
 from ..arguments import USAGE
@@ -25,12 +26,6 @@ LOOK = {"aakr_sprt": ("AAKR-SPRT", "#0072B2", "o"), "aakr_kf_sprt": ("AAKR-KF-SP
         "aakr_cusum": ("CUSUM on AAKR", "#009E73", "^"), "aakr_threshold": ("threshold on AAKR", "#A8508A", "v")}
 MONITORS = ("aakr_sprt", "aakr_kf_sprt")
 READING, TRUTH = "#BBBBBB", "#222222"
-
-
-def heading(figure, title, text):
-    high = figure.get_figheight()
-    figure.suptitle(title, x=0.02, y=1 - 0.12 / high, ha="left")
-    figure.text(0.02, 1 - 0.44 / high, text, ha="left", va="top")
 
 
 def present(table):
@@ -75,16 +70,16 @@ def keep_in_view(ax, least, *series):
     ax.set_ylim(low - room, high + room)
 
 
-def panels(count):
-    figure, axes = plt.subplots(count, 1, figsize=(11.5, 1.3 + 2.6 * count), sharex=True, squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.985, top=1 - 0.95 / figure.get_figheight(),
-                           bottom=0.6 / figure.get_figheight(), hspace=0.28)
-    return figure, axes[:, 0]
+FEWEST = 10  # realisations: of fewer an interval says nothing
+
+
+def strips(count):
+    return drawing.panels(count, (11.5, 2.5), columns=1, sharex=True)
 
 
 def predictions_figure(title, series, model, sensors):
-    figure, axes = panels(len(sensors))
-    heading(figure, title, "First realisation. Readings with drift, and what the monitors take for the correct reading.")
+    figure, axes = strips(len(sensors))
+    drawing.heading(figure, title, "First realisation. Readings with drift, and what the monitors take for the correct reading.")
     for ax, name in zip(axes, sensors):
         s = of_sensor(series, name)
         mean, sd = model[name][0], model[name][1]
@@ -104,9 +99,7 @@ def predictions_figure(title, series, model, sensors):
         ax.ticklabel_format(axis="y", style="plain", useOffset=False)
         shown = [mean + sd * s[k] for k in ("reading_z", *(f"prediction_{m}" for m in present(series)))]
         keep_in_view(ax, (np.inf, -np.inf), *shown)
-    handles, labels = axes[0].get_legend_handles_labels()
-    legend = figure.legend(handles, labels, loc="upper right", ncol=len(labels),
-                           bbox_to_anchor=(0.985, 1 - 0.36 / figure.get_figheight()))
+    legend = drawing.legend_below(figure, axes[0].get_legend_handles_labels()[0])
     for line in legend.get_lines():
         line.set_linewidth(2)
     axes[-1].set_xlabel("Time in the test (h)")
@@ -115,8 +108,8 @@ def predictions_figure(title, series, model, sensors):
 
 def decisions_figure(title, series, sensors):
     rows = [(n, m) for m in present(series) for n in sensors]
-    figure, axes = panels(len(rows))
-    heading(figure, title, "First realisation. What the SPRT looks at, in sd of the training data (z). "
+    figure, axes = strips(len(rows))
+    drawing.heading(figure, title, "First realisation. What the SPRT looks at, in sd of the training data (z). "
             "Shaded: it holds an alarm.")
     for ax, (name, m) in zip(axes, rows):
         s = of_sensor(series, name)
@@ -150,11 +143,12 @@ def longest(delay):
 
 def delay_figure(title, delay, blame, alarms):
     """Left: delay quantiles of every drifting sensor. Right: chances of a miss and of false blame."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.5, 5.2), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.755, bottom=0.12, wspace=0.22)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.5, 5.2), width_ratios=(3, 2), layout="constrained")
     trials = int(delay["trials"][0])
-    heading(figure, title, "One file: nothing is drawn, so that there are no intervals." if trials == 1 else
-            f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; right: {100 * blame.confidence:g} % intervals.")
+    few = trials < FEWEST
+    drawing.heading(figure, title, "One file: nothing is drawn, so that there are no intervals." if trials == 1 else
+                    f"{trials} realisations of the noise: too few for intervals." if few else
+                    f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; right: {100 * blame.confidence:g} % intervals.")
     sensors = list(dict.fromkeys(delay["sensor"]))
     methods = list(dict.fromkeys(delay["architecture"]))
     top = 1.15 * longest(delay)
@@ -164,13 +158,13 @@ def delay_figure(title, delay, blame, alarms):
         for j, sensor in enumerate(sensors):
             r = delay.row(architecture=m, sensor=sensor)
             low, middle, high = (min(r[k], top) for k in ("delay_q05_h", "delay_q50_h", "delay_q95_h"))
-            left.errorbar([j + at], [middle], yerr=error_bars(low, middle, high), color=colour, capsize=4,
+            left.errorbar([j + at], [middle], yerr=None if few else error_bars(low, middle, high), color=colour, capsize=4,
                           marker=marker if np.isfinite(r["delay_q50_h"]) else "x", label=label if j == 0 else None)
         r = blame.row(architecture=m)
         for x, value, low, high in ((0, r["p_healthy_blamed"], r["p_healthy_blamed_ci_low"], r["p_healthy_blamed_ci_high"]),
                                     (1, 1 - r["p_all_found"], 1 - r["p_all_found_ci_high"], 1 - r["p_all_found_ci_low"])):
             if np.isfinite(value):
-                right.errorbar([x + at], [100 * value], yerr=None if trials == 1 else 100 * error_bars(low, value, high),
+                right.errorbar([x + at], [100 * value], yerr=None if few else 100 * error_bars(low, value, high),
                                color=colour, marker=marker, capsize=4)
     left.set_xticks(range(len(sensors)), sensors)
     left.set_xlim(-0.6, len(sensors) - 0.4)
@@ -185,20 +179,17 @@ def delay_figure(title, delay, blame, alarms):
         right.set_yticks((0, 100), ("no", "yes"))
         right.set_ylabel("")
     right.set_title("Errors")
-    figure.legend(*left.get_legend_handles_labels(), loc="upper left", ncol=len(methods),
-                  bbox_to_anchor=(0.012, 1 - 0.58 / figure.get_figheight()))
+    drawing.legend_below(figure, left.get_legend_handles_labels()[0])
     return figure
 
 
 def operating_figure(title, delay, blame, keys, points):
-    """Median delay (of the sensor that takes longest) against the chance of false blame, one mark a point and method."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(13.0, 6.4), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.2, wspace=0.32)
-    heading(figure, title, "Every point of the sweep: its slowest drifting sensor, and how often a healthy one is blamed "
-            f"({100 * blame.confidence:g} % intervals).")
+    """Delay of the sensor that takes longest, and the chance of false blame, a line a point of the sweep."""
+    figure, (left, right) = drawing.panels(2, (5.2, 1.2 + 0.3 * len(points)), columns=2, sharey=True)
     names = [wording.point_name(keys, p) for p in points]
-    top = 1.12 * longest(delay)  # where misses are drawn: they are not soon, but never
-    for m in MONITORS:
+    few = int(delay["trials"][0]) < FEWEST
+    top = 1.1 * longest(delay)  # where misses are drawn: they are not soon, but never
+    for m, shift in zip(MONITORS, (-0.15, 0.15)):
         label, colour, marker = LOOK[m]
         for n, p in enumerate(points):
             d = reading.at_point(delay, keys, p)
@@ -206,48 +197,43 @@ def operating_figure(title, delay, blame, keys, points):
             b = reading.at_point(blame, keys, p).row(architecture=m)
             if d.rows == 0 or b is None:
                 continue
-            shift = -0.15 if m == MONITORS[0] else 0.15
             worst = int(np.argmax(d["delay_q50_h"]))
-            low, middle, high = (d[k][worst] for k in ("delay_q05_h", "delay_q50_h", "delay_q95_h"))
-            missed = not np.isfinite(middle)
-            shown = [0 if missed else middle]
-            if not missed:
-                left.errorbar([n + shift], shown, yerr=error_bars(low, middle, high if np.isfinite(high) else top),
-                              color=colour, marker=marker, capsize=3, linestyle="none")
-            else:
-                left.plot([n + shift], [top], marker="x", color=colour, linestyle="none", markersize=8)
-            if np.isfinite(b["p_healthy_blamed"]):
-                value = b["p_healthy_blamed"]
-                right.errorbar([100 * value], [n + shift], color=colour, marker=marker, capsize=3, linestyle="none",
-                               xerr=100 * error_bars(b["p_healthy_blamed_ci_low"], value, b["p_healthy_blamed_ci_high"]))
-        left.plot([], [], color=colour, marker=marker, linestyle="none", label=label)
-    left.plot([], [], color="#555555", marker="x", linestyle="none", markersize=8, label="missed in most realisations")
-    left.set_xticks(range(len(names)), names, rotation=40, ha="right")
-    left.set_ylim(0, 1.05 * top)
-    left.set_ylabel("Median delay, bars 5 to 95 % (h)")
+            low, middle, high = (min(d[k][worst], top) for k in ("delay_q05_h", "delay_q50_h", "delay_q95_h"))
+            missed = not np.isfinite(d["delay_q50_h"][worst])
+            left.errorbar(middle, n + shift, xerr=None if few or missed else error_bars(low, middle, high), color=colour, capsize=3,
+                          marker="x" if missed else marker, linestyle="none", clip_on=False)
+            value = b["p_healthy_blamed"]
+            if np.isfinite(value):
+                right.errorbar(100 * value, n + shift, color=colour, marker=marker, capsize=3, linestyle="none", clip_on=False,
+                               xerr=None if few else 100 * error_bars(b["p_healthy_blamed_ci_low"], value, b["p_healthy_blamed_ci_high"]))
+    left.set_yticks(range(len(names)), names)
+    left.set_ylim(len(names) - 0.5, -0.5)
+    left.set_xlim(0, top)
+    left.set_xlabel("Median delay (h)" if few else "Median delay, bars 5 to 95 % (h)")
     left.set_title("Slowest drifting sensor")
-    right.set_yticks(range(len(names)), names)
-    right.invert_yaxis()
-    right.set_xlim(-3, 103)
+    right.set_xlim(0, 100)
     right.set_xlabel("Realisations that blame a healthy sensor (%)")
     right.set_title("False blame")
-    figure.legend(*left.get_legend_handles_labels(), loc="upper left", ncol=3,
-                  bbox_to_anchor=(0.012, 1 - 0.6 / figure.get_figheight()))
+    drawing.heading(figure, title, f"Every point of the sweep, {wording.counts_text(delay['trials'])} realisations each"
+                    + (": too few for intervals." if few else f"; right: {100 * blame.confidence:g} % intervals."))
+    drawing.legend_below(figure, [*(Line2D([], [], color=LOOK[m][1], marker=LOOK[m][2], linestyle="none", label=LOOK[m][0]) for m in MONITORS),
+                                  Line2D([], [], color="#555555", marker="x", linestyle="none", markersize=8, label="missed in most realisations")])
     return figure
 
 
 def curves_figure(title, operating):
     """Operating curves of the sensor that takes longest: its median delay against errors, a mark a setting."""
-    figure, axes = plt.subplots(1, 2, figsize=(11.5, 5.6), sharey=True)
-    figure.subplots_adjust(left=0.065, right=0.985, top=0.75, bottom=0.12, wspace=0.07)
+    figure, axes = drawing.panels(2, (5.7, 4.6), columns=2, sharey=True)
+    few = int(operating["trials"][0]) < FEWEST
     finite = operating["delay_q50_h"][np.isfinite(operating["delay_q50_h"])]
     top = 1.18 * np.max(finite) if len(finite) else 1.0
     medians = {s: np.median(np.minimum(operating.where(lambda i, s=s: operating["sensor"][i] == s)["delay_q50_h"], top))
                for s in dict.fromkeys(operating["sensor"])}
     sensor = max(medians, key=medians.get)
-    heading(figure, title, f"{int(operating['trials'][0])} realisations. {sensor}: median delay with its {100 * operating.confidence:g} % interval; "
-            "a mark a setting: M of the SPRT, or the threshold (z).\nMarks are set apart by up to 1 % for each method, "
-            "so that those at 0 and at 100 % can be told.")
+    drawing.heading(figure, title, f"{int(operating['trials'][0])} realisations. {sensor}: median delay"
+                    + (", too few for intervals" if few else f" with its {100 * operating.confidence:g} % interval")
+                    + "; a mark a setting: M of the SPRT, or the threshold (z). Marks are set apart by up to 1 % for each method, "
+                    "so that those at 0 and at 100 % can be told.")
     shown = operating.where(lambda i: operating["sensor"][i] == sensor)
     for m in dict.fromkeys(shown["architecture"]):
         label, colour, marker = LOOK[m]
@@ -263,7 +249,7 @@ def curves_figure(title, operating):
             if not np.any(np.isfinite(x)):
                 continue
             ax.plot(x, y, color=colour, linewidth=1.0, alpha=0.7)
-            ax.errorbar(x, y, yerr=[y - low, high - y], color=colour, marker=marker, markersize=5, linestyle="none", capsize=2,
+            ax.errorbar(x, y, yerr=None if few else [y - low, high - y], color=colour, marker=marker, markersize=5, linestyle="none", capsize=2,
                         label=label)
             ax.plot(x[missed], y[missed], color=colour, marker="x", markersize=11, linestyle="none")
     for ax, label in zip(axes, ("Realisations with a false alarm of any sensor, without drift (%)",
@@ -272,8 +258,7 @@ def curves_figure(title, operating):
         ax.set_ylim(0, top)
         ax.set_xlabel(label)
     axes[0].set_ylabel(f"Median delay of {sensor} (h; x: mostly missed)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper left", ncol=4,
-                  bbox_to_anchor=(0.012, 1 - 0.85 / figure.get_figheight()))
+    drawing.legend_below(figure, axes[0].get_legend_handles_labels()[0])
     return figure
 
 

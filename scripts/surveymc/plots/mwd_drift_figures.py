@@ -30,10 +30,9 @@ def shade(ax, depth, on):
 
 
 def tracks_figure(title, series):
-    figure, axes = plt.subplots(3, 3, figsize=(13.0, 8.6), sharex=True)
-    figure.subplots_adjust(left=0.06, right=0.99, top=0.845, bottom=0.075, hspace=0.3, wspace=0.22)
+    figure, axes = plt.subplots(3, 3, figsize=(13.0, 8.6), sharex=True, layout="constrained")
     drawing.heading(figure, title, "First well. Top: channels less reference; yellow: the SPRT on this channel holds an alarm. "
-                     "Below: biases that the filter estimates;\nyellow: its alarm names this sensor.")
+                     "Below: biases that the filter estimates; yellow: its alarm names this sensor.")
     depth = series["md_m"]
     for ax, (key, name) in zip(axes[0], CHANNELS):
         shade(ax, depth, series[f"decision_{key}"] != 0)
@@ -61,21 +60,15 @@ def tracks_figure(title, series):
     for ax in axes[2]:
         ax.set_xlabel("Measured depth from the first station (m)")
         ax.set_xlim(depth[0], depth[-1])
-    figure.legend(*axes[1][0].get_legend_handles_labels(), loc="upper right", ncol=3, bbox_to_anchor=(0.992, 0.985))
+    drawing.legend_below(figure, axes[1][0].get_legend_handles_labels()[0])
     return figure
 
 
 def detection_figure(title, curve, keys, points):
-    columns = min(len(points), 2)
-    lines = -(-len(points) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(6.2 * columns, 1.6 + 3.3 * lines), sharex=True, sharey=True,
-                                squeeze=False)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.85 / (6.2 * columns), right=1 - 0.15 / (6.2 * columns), top=1 - 1.35 / high,
-                           bottom=0.6 / high, hspace=0.22, wspace=0.06)
+    figure, axes = drawing.panels(len(points), (5.8, 3.1), columns=min(len(points), 2), sharex=True, sharey=True)
     drawing.heading(figure, title, f"{wording.trials_text(curve)}. Share of wells with an alarm up to a depth; bands: {100 * curve.confidence:g} % intervals. "
-                     "Thin: without drift.\nGrey: the drift grows.")
-    for ax, point in zip(axes.flat, points):
+                     "Thin: without drift. Grey: the drift grows.")
+    for ax, point in zip(axes, points):
         c = reading.at_point(curve, keys, point)
         for m, (label, colour, style) in METHODS.items():
             of = c.where(lambda i, c=c, m=m: c["method"][i] == m)
@@ -90,14 +83,11 @@ def detection_figure(title, curve, keys, points):
         ax.set_xlim(x[0], x[-1])
         ax.set_ylim(-2, 102)
         ax.set_title(wording.point_name(keys, point) if keys else "")
-    for ax in axes[-1]:
+    for ax in axes[-2:]:
         ax.set_xlabel("Measured depth from the first station (m)")
-    for ax in axes[:, 0]:
+    for ax in axes[::2]:
         ax.set_ylabel("Wells with an alarm (%)")
-    for ax in list(axes.flat)[len(points):]:
-        ax.set_visible(False)
-    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="upper right", ncol=2,
-                  bbox_to_anchor=(0.992, 1 - 0.02 / high))
+    drawing.legend_below(figure, axes[0].get_legend_handles_labels()[0])
     return figure
 
 
@@ -108,13 +98,14 @@ ROWS = (("bias_filter", "nis_mean", "Mean NIS\n(theory 3)"), ("bias_filter", "ni
 
 def verdicts_figure(title, comparison, keys, points):
     """Theory over Monte Carlo; the band behind each quantity is that of its own margin."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 5.0), width_ratios=(3, 1))
-    figure.subplots_adjust(left=0.065, right=0.99, top=0.76, bottom=0.14, wspace=0.2)
+    is_known = any(np.isfinite(r) for q, r in zip(comparison["quantity"], comparison["ratio"]) if q == ROWS[3][1])
+    figure, axes = plt.subplots(1, 1 + is_known, figsize=(12.0, 5.0), width_ratios=(3, 1)[:1 + is_known], squeeze=False, layout="constrained")
+    left = axes[0][0]
     drawing.heading(figure, title, f"{wording.trials_text(comparison)} a point. Theory over Monte Carlo, {100 * comparison.confidence:g} % intervals. NIS and NEES: all six biases walk as "
-                     "the filter assumes;\nfalse alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.")
+                     "the filter assumes; false alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.")
     colours = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     seen, margins = [], []
-    for ax, rows in ((left, ROWS[:3]), (right, ROWS[3:])):
+    for ax, rows in zip(axes[0], (ROWS[:3], ROWS[3:])):
         ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
         own = []
         for x, (formulation, quantity, _) in enumerate(rows):
@@ -145,10 +136,8 @@ def verdicts_figure(title, comparison, keys, points):
         drawing.plain_log_axis(ax.yaxis, 1 / reach, reach)
         ax.set_ylim(1 / reach, reach)
         ax.set_ylabel("Theory / Monte Carlo")
-    handles, labels = left.get_legend_handles_labels()
     band = drawing.margin_handle(min(margins), max(margins)) if margins else []
-    figure.legend(handles + band, labels + [h.get_label() for h in band],
-                  loc="upper right", ncol=len(labels) + 1, bbox_to_anchor=(0.992, 0.86), fontsize="small")
+    drawing.legend_below(figure, left.get_legend_handles_labels()[0] + band)
     return figure
 
 
