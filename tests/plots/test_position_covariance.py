@@ -83,7 +83,7 @@ class Data(unittest.TestCase):
         sources = plot.sources_figure("t", covariance, by_source, terms)
         self.assertEqual(sources.axes[0].get_xlim(), (covariance["md_m"][0], covariance["md_m"][lost - 1]))
         for figure in (views, along, sources):
-            self.assertTrue(any(said in t.get_text() for t in figure.texts))
+            self.assertTrue(any(said in " ".join(t.get_text().split()) for t in figure.texts))
         covariance["nn_m2"][1:] = np.nan  # none but the tie-on
         self.assertIsNone(plot.sources_figure("t", covariance, by_source, terms))
         self.assertEqual(len(plot.views_figure("t", covariance, ellipsoid, terms, 2.0, None).axes[0].patches), 0)

@@ -5,7 +5,7 @@
 <stem>_along     standard deviations along the well: high side, lateral, along hole; horizontal ellipse and vertical
 <stem>_sources   variance by error source, stacked: of the horizontal position and of the vertical
 <stem>_views     plan and vertical section with K-sigma ellipses (2), F times as large as the map (as large as fits)
-<stem>_compare   standard deviations of all points, if the run is a sweep
+<stem>_compare   standard deviations of all points, if the run is a sweep of at most 24
 
 each as PNG and SVG. Of a sweep the first three are drawn for the point given by --point (counted from 0, in the order of
 the file) and are then named <stem>_point<I>_<figure>.
@@ -54,12 +54,6 @@ def left_out(table):
     return f" At {missing} of {table.rows} stations there is no covariance: a weight is not finite." if missing else ""
 
 
-def heading(figure, title, text):
-    high = figure.get_figheight()
-    figure.suptitle(title, x=0.02, y=1 - 0.12 / high, ha="left")
-    figure.text(0.02, 1 - 0.44 / high, text, ha="left", va="top")
-
-
 def leg_starts(terms):
     """Measured depths where a second or later survey leg begins."""
     if terms is None:
@@ -86,9 +80,8 @@ def mark_legs(ax, starts):
 
 
 def along_figure(title, covariance, ellipsoid, terms):
-    figure, panels = plt.subplots(3, 1, figsize=(11.5, 9.2), sharex=True, height_ratios=(3, 3, 1.2))
-    figure.subplots_adjust(left=0.075, right=0.975, top=0.885, bottom=0.065, hspace=0.2)
-    heading(figure, title, f"Position uncertainty along the well, 1{SIGMA}. Error model: {models_text(terms)}.{left_out(covariance)}")
+    figure, panels = plt.subplots(3, 1, figsize=(11.5, 9.2), sharex=True, height_ratios=(3, 3, 1.2), layout="constrained")
+    drawing.heading(figure, title, f"Position uncertainty along the well, 1{SIGMA}. Error model: {models_text(terms)}.{left_out(covariance)}")
     md = covariance["md_m"]
     for ax, lines, what in ((panels[0], HOLE, "Relative to the hole"), (panels[1], MAP, "On the map, and vertical")):
         for key, label, colour, style in lines:
@@ -160,10 +153,9 @@ def sources_figure(title, covariance, by_source, terms):
     """None where no station but the tie-on has a covariance."""
     if np.count_nonzero(with_a_covariance(covariance)) < 2:
         return None
-    figure, panels = plt.subplots(2, 2, figsize=(12.5, 9.0), sharex=True)
-    figure.subplots_adjust(left=0.07, right=0.825, top=0.885, bottom=0.065, hspace=0.16, wspace=0.2)
+    figure, panels = plt.subplots(2, 2, figsize=(12.5, 9.0), sharex=True, layout="constrained")
     names_of = families(terms)
-    heading(figure, title, "Variance of the position by error source; variances add up, standard deviations do not. "
+    drawing.heading(figure, title, "Variance of the position by error source; variances add up, standard deviations do not. "
             f"Error model: {models_text(terms)}.{left_out(covariance)}")
     last = "the last station" if with_a_covariance(covariance)[-1] else "the last of these"
     for row, (what, columns) in enumerate((("Horizontal (N + E)", ("nn_m2", "ee_m2")), ("Vertical", ("vv_m2",)))):
@@ -251,26 +243,15 @@ def set_equal_scales(ax, down):
     ax.set_aspect("equal", adjustable="box", anchor="N")
 
 
-def fit_height(figure, panels):
-    """The height of the figure that its maps need: 1.15 inches above them, 0.65 below."""
-    wide = figure.get_figwidth() * panels[0].get_position().width
-    high = wide * max(abs(np.ptp(ax.get_ylim()) / np.ptp(ax.get_xlim())) for ax in panels)
-    figure.set_figheight(high + 1.8)
-    figure.subplots_adjust(top=1 - 1.15 / (high + 1.8), bottom=0.65 / (high + 1.8))
-
-
 def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
     drawings, azimuth = views(covariance, ellipsoid)
     known = np.flatnonzero(with_a_covariance(covariance))
     stations = [known[k] for k in chosen_stations(covariance["md_m"][known])] if len(known) > 1 else []
-    figure, panels = plt.subplots(1, 2, figsize=(12.5, 7.6))
-    figure.subplots_adjust(left=0.07, right=0.98, top=0.845, bottom=0.085, wspace=0.2)
-    notes = []
+    figure, panels = plt.subplots(1, 2, figsize=(12.5, 7.6), layout="constrained")
     for ax, (name, x, y, c) in zip(panels, drawings):
         extent = max(np.ptp(x), np.ptp(y))
         largest = sigma * np.sqrt(max((np.linalg.eigvalsh(c[k])[1] for k in known), default=0))
         factor = magnify or nice_magnification(extent, largest)
-        notes.append(factor)
         for k in stations:
             # ellipse_points speaks of (north, east); here these are (across, up)
             px, py = geometry.ellipse_points(c[k], sigma * factor, (x[k], y[k]))
@@ -288,12 +269,12 @@ def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
         enlarged = f"ellipses enlarged {factor:g} times" if factor != 1 else "ellipses at the scale of the map"
         ax.set_title(f"{'Plan view' if name == 'plan' else f'Vertical section, azimuth {azimuth:.1f}{DEGREE}'}; "
                      f"{enlarged}")
-    fit_height(figure, panels)
+    figure.set_figheight(1.9 + 5.6 * max(abs(np.ptp(ax.get_ylim()) / np.ptp(ax.get_xlim())) for ax in panels))  # of their maps
     panels[0].set_xlabel("East of the first station (m)")
     panels[0].set_ylabel("North of the first station (m)")
     panels[1].set_xlabel(f"Distance from the first station along azimuth {azimuth:.1f}{DEGREE} (m)")
     panels[1].set_ylabel("True vertical depth (m)")
-    heading(figure, title, f"Well with {sigma:g}{SIGMA} error ellipses ({100 * geometry.ellipse_coverage(sigma):.1f} % "
+    drawing.heading(figure, title, f"Well with {sigma:g}{SIGMA} error ellipses ({100 * geometry.ellipse_coverage(sigma):.1f} % "
             f"of positions, if normal) at {len(stations)} stations. Error model: {models_text(terms)}.{left_out(covariance)}")
     handles = [Line2D([], [], color="#222222", marker=".", label="well, stations with an ellipse"),
                Line2D([], [], color=ELLIPSE, label=f"{sigma:g}{SIGMA} ellipse"),
@@ -301,39 +282,39 @@ def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
     if leg_starts(terms):
         handles.append(Line2D([], [], color="#222222", marker="D", markerfacecolor="white", linestyle="none",
                               label="next survey leg"))
-    figure.legend(handles=handles, loc="upper left", ncol=len(handles),
-                  bbox_to_anchor=(0.012, 1 - 0.57 / figure.get_figheight()))
+    drawing.legend_below(figure, handles)
     return figure
 
 
 # --- 4: points of a sweep -------------------------------------------------------------------------------------------
 
 
-MOST_NAMED = 24  # points of a sweep: a legend of more leaves no room for the panels
+MOST_NAMED = 24  # points of a sweep: more cannot be told apart
 
 
 def compare_figure(title, covariance, keys, points):
-    figure, panels = plt.subplots(1, 3, figsize=(13.0, 5.8), sharex=True)
-    are_named = len(points) <= MOST_NAMED
-    rows = -(-len(points) // 3) if are_named else 0
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.84, bottom=0.14 + 0.035 * rows, wspace=0.2)
-    heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep"
-            f"{'' if are_named else f': {len(points)} points, too many to name'}.{left_out(covariance)}")
+    figure, panels = drawing.panels(3, (4.3, 4.0), sharex=True)
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     styles = ("-", (0, (6, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
-    for i, point in enumerate(points):
-        table = reading.at_point(covariance, keys, point)
-        for ax, (key, label, *_) in zip(panels, HOLE):
-            ax.plot(table["md_m"], np.where(with_a_covariance(table), table[key], np.nan), color=palette[i % len(palette)] if are_named else palette[0],
-                    linestyle=styles[i % len(styles)] if are_named else "-", alpha=1 if are_named else 0.6,
-                    linewidth=1.8 if are_named else 0.8, marker="o" if table.rows == 1 else None, markersize=4, label=wording.point_name(keys, point))
-            ax.set_title(label.capitalize())
-            ax.set_xlabel("Measured depth (m)")
-    for ax in panels:
-        ax.set_ylim(0, None)
+    for ax, (key, label, *_) in zip(panels, HOLE):
+        values = []
+        for i, point in enumerate(points):
+            table = reading.at_point(covariance, keys, point)
+            values.append(np.where(with_a_covariance(table), table[key], np.nan))
+            ax.plot(table["md_m"], values[-1], color=palette[i % len(palette)], linestyle=styles[i % len(styles)], linewidth=1.8,
+                    marker="o" if table.rows == 1 else None, markersize=4, label=wording.point_name(keys, point))
+        seen = np.concatenate(values)
+        seen = seen[seen > 0]
+        if len(seen) and max(np.nanmax(v, initial=0) for v in values) > 20 * np.median([np.nanmax(v, initial=0) for v in values]):
+            ax.set_yscale("log")  # one tool may make all others look alike
+            drawing.plain_log_axis(ax.yaxis, *ax.get_ylim())
+        else:
+            ax.set_ylim(0, None)
+        ax.set_title(label.capitalize())
+        ax.set_xlabel("Measured depth (m)")
     panels[0].set_ylabel(f"Standard deviation, 1{SIGMA} (m)")
-    if are_named:
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.01))
+    drawing.heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep.{left_out(covariance)}")
+    drawing.legend_below(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
@@ -377,6 +358,6 @@ def main():
         if by_source is not None and len(set(by_source["md_m"])) > 1:  # output.by_source = "all", and a tool with errors
             figures[prefix + "sources"] = sources_figure(name, covariance, by_source, terms)
         figures[prefix + "views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
-    if len(points) > 1:
+    if 1 < len(points) <= MOST_NAMED:
         figures["compare"] = compare_figure(title, tables["covariance"], keys, points)
     saving.save_all(figures, arguments)

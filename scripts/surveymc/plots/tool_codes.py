@@ -8,23 +8,24 @@ Of a tool_code_map result:
 <stem>_ratio    the same over that of the first model, or of --reference: above 1 a correction is worse than nothing
 Of a position_covariance result with a sweep over error models:
 <stem>_bars     lateral, high-side and along-hole standard deviation of every model at measured depth --md (the last station);
-                hatched where the model does not claim to hold
+                hollow where the model does not claim to hold
 Maps of a sweep are drawn of one point: --point (counted from 0, in the order of the file; the first), and they are named
 <stem>_point<I>_<figure>. A position_covariance result of one model has no such figure.
 """
 import sys
+import textwrap
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.patches import Patch
+from matplotlib.lines import Line2D
 
 from ..arguments import USAGE
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
 DEGREE = "\N{DEGREE SIGN}"
-DIRECTIONS = (("lateral", "#0072B2"), ("high_side", "#D55E00"), ("along_hole", "#777777"))
+DIRECTIONS = (("lateral", "#0072B2", "o"), ("high_side", "#D55E00", "s"), ("along_hole", "#555555", "^"))
 SWEPT = ("error_model.name", "error_model")
 BLANK = "0.82"  # grey of cells without a value: white is a colour of the ratio's scale
 
@@ -68,7 +69,8 @@ def panels(maps, values, norm, cmap, label, blank):
                                 sharey=True, layout="constrained")
     x, y = cell_edges(maps.azimuth), np.clip(cell_edges(maps.inclination), 0, 180)  # there is no hole beyond
     notes = ["dashed: magnetic east and west"] + ([f"grey: {blank}"] if np.isnan(values).any() else [])
-    figure.suptitle(f"{maps.title}\n{'; '.join(notes)}", fontsize=10)
+    text = f"{'; '.join(notes)}."
+    drawing.heading(figure, maps.title, text[0].upper() + text[1:])
     drawn = None
     for i, panel in enumerate(axes.flat):
         if i >= count:
@@ -139,43 +141,51 @@ def draw_bars(file, md, order):
         return None
     models = list(dict.fromkeys(table[key]))
     depths = np.asarray(table["md_m"], float)
-    at = depths.max() if md is None else depths[np.argmin(np.abs(depths - md))]
+    at_depth = depths.max() if md is None else depths[np.argmin(np.abs(depths - md))]
     outside = set()
     if validity is not None:
         for model, rule, first, last in zip(validity[key], validity["rule"], validity["first_md_m"], validity["last_md_m"]):
-            if rule in ("inclination range", "east-west exclusion", "not finite") and first <= at <= last:
+            if rule in ("inclination range", "east-west exclusion", "not finite") and first <= at_depth <= last:
                 outside.add(model)
-    rows = {model: [i for i, (m, d) in enumerate(zip(table[key], depths)) if m == model and d == at] for model in models}
+    rows = {model: [i for i, (m, d) in enumerate(zip(table[key], depths)) if m == model and d == at_depth] for model in models}
     if any(len(of_model) != 1 for of_model in rows.values()):
         return None
-    values = {m: {d: float(table[f"sd_{d}_m"][row]) for d, _ in DIRECTIONS} for m, (row,) in rows.items()}
+    values = {m: {d: float(table[f"sd_{d}_m"][row]) for d, *_ in DIRECTIONS} for m, (row,) in rows.items()}
     lateral = {m: np.nan_to_num(values[m]["lateral"], nan=np.inf) for m in models}
     models.sort(key=(lambda m: lateral[m]) if order == "sd" else (lambda m: (family(m), lateral[m])))
-    figure, panel = plt.subplots(figsize=(7, 0.22 * len(models) + 1.4), layout="constrained")
-    y = np.arange(len(models))
-    for i, (direction, color) in enumerate(DIRECTIONS):
-        widths = [values[m][direction] for m in models]
-        bars = panel.barh(y + 0.27 * (i - 1), np.nan_to_num(widths), height=0.26, color=color,
-                          label=direction.replace("_", " "))
-        for bar, model in zip(bars, models):
-            if model in outside:
-                bar.set(facecolor="white", edgecolor=color, hatch="////", linewidth=0.5)
-    for i, model in enumerate(models):
-        if not values[model]["lateral"] > 0:
+    lines = {}  # models of the same three values stand on one line
+    for m in models:
+        lines.setdefault((*(f"{v:.3g}" for v in values[m].values()), m in outside), []).append(m)
+    names = [textwrap.wrap(", ".join(of), 62) for of in lines.values()]
+    high = np.array([max(len(n), 1.35) for n in names])
+    y = np.cumsum(high) - high / 2
+    figure, panel = plt.subplots(figsize=(10, 0.165 * high.sum() + 1.6), layout="constrained")
+    for at, of, tall in zip(y, lines.values(), high):
+        model = of[0]
+        sizes = [v for v in values[model].values() if np.isfinite(v) and v > 0]
+        if not sizes:
             text = "0 m" if values[model]["lateral"] == 0 else "no covariance: a weight is not finite"
-            panel.text(0.006, i, text, va="center", fontsize=6, transform=panel.get_yaxis_transform())
-    panel.set_yticks(y, models, fontsize=7)
-    panel.set_ylim(len(models) - 0.4, -0.6)
+            panel.text(0.006, at, text, va="center", fontsize=7.5, style="italic", transform=panel.get_yaxis_transform())
+            continue
+        panel.plot((min(sizes), max(sizes)), (at, at), color="#BBBBBB", linewidth=1.2, zorder=1)
+        for direction, colour, marker in DIRECTIONS:
+            panel.plot(values[model][direction], at, marker, color=colour, markersize=6, markerfacecolor="white" if model in outside else colour)
+    panel.set_yticks(y, ["\n".join(n) for n in names], fontsize=7)
+    panel.set_ylim(high.sum(), 0)
     sizes = [v for m in models for v in values[m].values() if np.isfinite(v) and v > 0]
     if sizes and max(sizes) > 20 * np.median(sizes):  # a blind hole would make all others look alike
         panel.set_xscale("log")
-        panel.set_xlim(0.5 * min(sizes), 1.5 * max(sizes))
-    panel.set_xlabel("one standard deviation (m)")
-    figure.suptitle(f"{wording.title_of(file)}\nat a measured depth of {at:g} m", fontsize=10)
-    handles = [Patch(color=color, label=direction.replace("_", " ")) for direction, color in DIRECTIONS]
+        panel.set_xlim(0.7 * min(sizes), 1.4 * max(sizes))
+        drawing.plain_log_axis(panel.xaxis, *panel.get_xlim())
+    else:
+        panel.set_xlim(0, None)
+    panel.set_xlabel(f"standard deviation, 1{wording.SIGMA} (m)")
+    drawing.heading(figure, wording.title_of(file), f"{len(models)} survey tools at a measured depth of {at_depth:g} m, tools of equal values on one line.")
+    handles = [Line2D([], [], color=colour, marker=marker, linestyle="none", label=direction.replace("_", " "))
+               for direction, colour, marker in DIRECTIONS]
     if outside:
-        handles.append(Patch(facecolor="white", edgecolor="k", hatch="////", label="the model does not hold"))
-    panel.legend(handles=handles, fontsize=7)
+        handles.append(Line2D([], [], color="#444444", marker="o", markerfacecolor="white", linestyle="none", label="hollow: the model does not hold there"))
+    drawing.legend_below(figure, handles)
     return figure
 
 
