@@ -7,7 +7,6 @@ not divide; two axes. A cell is drawn where a rectangle has no point inside it, 
 is the boundary between the points.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import TwoSlopeNorm
@@ -18,9 +17,9 @@ from .reading import PlotError
 
 
 def read(path):
-    """rule, axes, other keys, their values by name, the quantity: of the rows that [refine] looks at."""
+    """title, rule, axes, other keys, their values by name, the quantity: of the rows that [refine] looks at."""
     with reading.open_any(path) as file:
-        rule = reading.configuration(file).get("refine")
+        rule, title = reading.configuration(file).get("refine"), wording.title_of(file)
         if not rule or "quantity" not in rule:
             raise PlotError(f"{path}: its config has no [refine] with a quantity")
         name, column = rule["quantity"].split(".", 1)
@@ -36,7 +35,7 @@ def read(path):
         raise PlotError(f"{path}: [refine] divides {len(axes)} axes, this draws 2")
     values = {k: np.array(table[k])[chosen] for k in keys}
     rule.setdefault("grid", {a: sorted(set(values[a])) for a in axes})  # a first round
-    return rule, axes, [k for k in keys if k not in axes], values, np.array(table[column])[chosen]
+    return title, rule, axes, [k for k in keys if k not in axes], values, np.array(table[column])[chosen]
 
 
 def cells_of(x, y, grid):
@@ -70,14 +69,14 @@ def mean_of(cell, points, x, y, q):
     return q[np.argmin(((x - sum(cell[:2]) / 2) / np.ptp(x)) ** 2 + ((y - sum(cell[2:]) / 2) / np.ptp(y)) ** 2)]
 
 
-def draw(rule, axes, others, values, quantity):
+def draw(title, rule, axes, others, values, quantity):
     level = rule.get("level", 0.0)
     slices = sorted(set(zip(*(values[k] for k in others)))) if others else [()]
-    fig, panels = plt.subplots(1, len(slices), figsize=(5.2 * len(slices), 4.6), squeeze=False, layout="constrained")
+    figure, panels = drawing.panels(len(slices), (4.4, 3.9), sharex=True, sharey=True)
     finite = quantity[np.isfinite(quantity)]
     low, high = (np.percentile(finite, 2), np.percentile(finite, 98)) if len(finite) else (level - 1, level + 1)
     norm = TwoSlopeNorm(level, min(low, level - 1e-6), max(high, level + 1e-6))
-    for panel, which in zip(panels[0], slices):
+    for panel, which in zip(panels, slices):
         here = np.ones(len(quantity), bool)
         for key, value in zip(others, which):
             here &= values[key] == value
@@ -94,11 +93,15 @@ def draw(rule, axes, others, values, quantity):
             scaled = [(v[good] - v.min()) / (v.max() - v.min()) for v in (x, y)]  # triangles of the map, not of its units
             mesh = Triangulation(x[good], y[good], Triangulation(*scaled).triangles)
             panel.tricontour(mesh, distance, levels=[0], colors="k", linewidths=1)
-        panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=axes[0].replace("_", " "), ylabel=axes[1].replace("_", " "))
-        panel.set_title(", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in zip(others, which)) +
-                        f"  ({len(points)} points)", fontsize=9)
-    fig.colorbar(cells, ax=panels[0].tolist(), label=f"{wording.quantity_name(rule['quantity'].split('.', 1)[-1])}; boundary at {level:g}", extend="both")
-    return fig
+        panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=wording.axis_name(axes[0]))
+        panel.grid(False)
+        panel.set_title(", ".join(filter(None, (wording.point_name(others, which), f"{len(points)} points run"))))
+    panels[0].set_ylabel(wording.axis_name(axes[1]))
+    name = wording.quantity_name(rule["quantity"].split(".", 1)[-1])
+    bar = figure.colorbar(cells, ax=panels, label=name, extend="both")
+    bar.ax.axhline(level, color="k", linewidth=1.5)
+    drawing.heading(figure, title, f"Black line: where {name} is {level:g}. Cells are divided along it, and drawn in the mean of their corners.")
+    return figure
 
 
 def main():

@@ -47,18 +47,8 @@ def known_formulations(table):
 def ellipses_figure(title, point, samples, table):
     """The memo's two panels: cloud and ellipses, and the ellipses alone, on the same scales in millimetres."""
     formulations = known_formulations(table)
-    lines = len(formulations) + 1
     cloud = samples is not None and samples.rows > 0
-    height = 7.1 + 0.19 * lines
-    figure, panels = plt.subplots(1, 2 if cloud else 1, figsize=(12.0 if cloud else 8.2, height), sharex=True,
-                                  sharey=True, squeeze=False)
-    panels = list(panels.flat)
-    figure.subplots_adjust(left=0.07 if cloud else 0.1, right=0.985, top=1 - 1.3 / height,
-                           bottom=(0.85 + 0.19 * lines) / height, wspace=0.08)
-    figure.suptitle(title, x=0.02, y=1 - 0.1 / height, ha="left")
-    figure.text(0.02, 1 - 0.42 / height, (f"{point}. " if point else "") + "Horizontal error of the last position; "
-                f"ellipses are 1{SIGMA}.\nMonte Carlo: {wording.counts_text(table['trials'])} runs" +
-                (f", {grouped(samples.rows)} of them drawn." if cloud else "."), ha="left", va="top", linespacing=1.4)
+    figure, panels = drawing.panels(1 + cloud, (5.6, 6.6), columns=1 + cloud, sharex=True, sharey=True)
     rows = [table.row(formulation=f) for f in formulations]
     sample = table.row(formulation="monte_carlo")
     if sample is None:
@@ -93,7 +83,9 @@ def ellipses_figure(title, point, samples, table):
         handles.append(Line2D([], [], color=color, linestyle=line, linewidth=1.9,
                               label=f"{label}: {axes_text(row)}; predicted / Monte Carlo {row['ratio_major']:.3f}, "
                                     f"{row['ratio_minor']:.3f}"))
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.05, 0.003), handlelength=3.2)
+    drawing.heading(figure, title, (f"{point}. " if point else "") + f"Horizontal error of the last position; ellipses are 1{SIGMA}. "
+                    f"Monte Carlo: {wording.counts_text(table['trials'])} runs" + (f", {grouped(samples.rows)} of them drawn." if cloud else "."))
+    drawing.legend_below(figure, handles, handlelength=3.2)
     return figure
 
 
@@ -106,19 +98,12 @@ def axes_text(row):
 
 def ratio_figure(title, table, keys, points, margin):
     """Every formulation against Monte Carlo, one panel a sweep point, both axes of the ellipse."""
-    columns = min(len(points), 2)
-    lines = -(-len(points) // columns)
     names = known_formulations(table)
-    height = 0.33 * len(names) + 0.95
-    figure, panels = plt.subplots(lines, columns, figsize=(12.0, 1.75 + lines * height), sharex=True, sharey=True,
-                                  squeeze=False)
-    total = 1.75 + lines * height
-    figure.subplots_adjust(left=0.25, right=0.985, top=1 - 0.95 / total, bottom=1.05 / total, hspace=0.28, wspace=0.06)
-    figure.suptitle(title, x=0.02, y=1 - 0.12 / total, ha="left")
-    figure.text(0.02, 1 - 0.42 / total, "Predicted over Monte-Carlo standard deviation of the last position. "
-                f"{wording.counts_text(table['trials'])} runs a panel.", ha="left", va="top")
+    columns = min(len(points), 2)
+    high = 0.3 * len(names) + 0.6 + 1.8 / -(-len(points) // columns)  # heading and legend need room in the figure of one panel too
+    figure, panels = drawing.panels(len(points), (4.6, high), columns=columns, least_wide=9, sharex=True, sharey=True)
     low, high, verdicts = 1.0, 1.0, set()
-    for ax, point in zip(panels.flat, points):
+    for ax, point in zip(panels, points):
         here = reading.at_point(table, keys, point)
         if margin:
             ax.axvspan(1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
@@ -140,20 +125,18 @@ def ratio_figure(title, table, keys, points, margin):
                 low, high = min(low, a), max(high, b)
             same = abs(row["ratio_major"] - row["ratio_minor"]) < 0.05 * row["ratio_major"]
             text = f"{row['ratio_major']:.3f}" if same else f"{row['ratio_major']:.3f}, {row['ratio_minor']:.4f}"
-            ax.annotate(text, (1, i), xycoords=("axes fraction", "data"), xytext=(-3, 0), textcoords="offset points",
-                        ha="right", va="center", fontsize=8.5)
+            ax.annotate(text, (1, i), xycoords=("axes fraction", "data"), xytext=(5, 0), textcoords="offset points",
+                        va="center", fontsize=8.5)
         ax.set_title(wording.point_name(keys, point) if keys else "")
         ax.grid(False, axis="y")
-    for ax in list(panels.flat)[len(points):]:
-        ax.set_visible(False)
-    first = panels[0, 0]
+    first = panels[0]
     first.set_yticks(range(len(names)))
     first.set_yticklabels([FORMULATIONS[n][0] for n in names])
     first.set_ylim(len(names) - 0.4, -0.6)
     first.set_xscale("log")
-    first.set_xlim(low / 1.3, high * 3.2)  # room for the numbers
-    drawing.plain_log_axis(first.xaxis, low / 1.3, high * 1.2)
-    for ax in panels[-1]:
+    first.set_xlim(low / 1.15, high * 1.15)
+    drawing.plain_log_axis(first.xaxis, low / 1.15, high * 1.15)
+    for ax in panels[-2:]:
         ax.set_xlabel("Predicted / Monte-Carlo standard deviation")
     handles = [Line2D([], [], linestyle="none", marker=VERDICT_MARKER[v], color="#444444",
                       label=f"ellipse {v}" if v != "undecided" else v) for v in VERDICT_MARKER if v in verdicts]
@@ -167,8 +150,9 @@ def ratio_figure(title, table, keys, points, margin):
                               label="published"))
     if margin:
         handles.append(Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}"))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.05 / total),
-                  columnspacing=1.4)
+    drawing.heading(figure, title, "Predicted over Monte-Carlo standard deviation of the last position (right: the numbers). "
+                    f"{wording.counts_text(table['trials'])} runs a panel.")
+    drawing.legend_below(figure, handles)
     return figure
 
 
@@ -179,11 +163,7 @@ def sequences_figure(title, table, keys):
     """Each fixed toolface sequence by its sd over that of eqs 41, 42 as random, and where 90 % of sequences lie."""
     rows = table.where(lambda i: table["quantity"][i] == "ratio_rms")
     order = np.argsort(rows["monte_carlo"])
-    figure, ax = plt.subplots(figsize=(11.0, 6.0))
-    figure.subplots_adjust(left=0.08, right=0.98, top=0.86, bottom=0.2)
-    figure.suptitle(title, x=0.02, y=0.98, ha="left")
-    figure.text(0.02, 0.925, "Standard deviation of the last position over that of eqs 41, 42 as random. "
-                f"{wording.counts_text(table['trials'])} runs a sequence.", ha="left", va="top")
+    figure, ax = plt.subplots(figsize=(11.0, 6.0), layout="constrained")
     low, high = (np.sqrt(-np.log1p(-p)) for p in (0.05, 0.95))
     ax.axhspan(low, high, color="#E69F00", alpha=0.15, linewidth=0)
     ax.axhline(1, color="#444444", linewidth=1.0)
@@ -198,7 +178,7 @@ def sequences_figure(title, table, keys):
     names = reading.sweep_points(rows, keys)
     ax.set_xticks(x)
     ax.set_xticklabels([f"{names[i][keys.index('drilling.sequence')]:g}" for i in order])
-    ax.set_xlabel("Toolface sequence (drilling.sequence), in the order of its result")
+    ax.set_xlabel("Number of the toolface sequence, in the order of its result")
     ax.set_ylabel("Sequence / mean over sequences")
     ax.set_ylim(0, max(1.15 * high, 1.12 * value.max()))
     ax.grid(False, axis="x")
@@ -208,7 +188,9 @@ def sequences_figure(title, table, keys):
                       label="toolface-dependent, eqs 19, 20"),
                Line2D([], [], color="#444444", linewidth=1.0, label="eqs 41, 42 as random"),
                Patch(color="#E69F00", alpha=0.15, label=f"90 % of all sequences: {low:.2f} to {high:.2f} (many stations)")]
-    figure.legend(handles=handles, loc="lower center", ncol=4, bbox_to_anchor=(0.5, 0.015))
+    drawing.heading(figure, title, "Standard deviation of the last position over that of eqs 41, 42 as random. "
+                    f"{wording.counts_text(table['trials'])} runs a sequence.")
+    drawing.legend_below(figure, handles)
     return figure
 
 
