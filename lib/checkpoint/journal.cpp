@@ -148,6 +148,24 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
   return all;
 }
 
+std::optional<JournalLook> look_at_journal(const fs::path& path) {
+  const std::optional<std::string> bytes = bytes_of_journal(path);
+  if (!bytes) return std::nullopt;
+  JournalLook look;
+  for_each_record(*bytes, [&](const JournalRecord& record) {
+    if (look.key.config_hash.empty()) look.key = record.key;
+    if (!same_numbers(record.key, look.key)) return false;
+    if ((record.what & kIsResult) != 0) {
+      look.points.insert_or_assign(record.what & ~kIsResult, std::string(record.contents));
+      return true;
+    }
+    std::optional<montecarlo::Subtree> node = if_readable(montecarlo::subtree_from_bytes, record.contents);
+    if (node) look.finished[record.what].push_back(*std::move(node));
+    return node.has_value();
+  });
+  return look;
+}
+
 JournalRemarks journal_remarks(const fs::path& output, const RunKey& key) {
   JournalRemarks remarks;
   for (const fs::path& path : journals_of(output)) {

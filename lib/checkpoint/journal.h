@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,15 @@ struct JournalContents {
 
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.
 JournalContents read_journals(const std::filesystem::path& output, const RunKey& key);
+
+/// A journal as it stands, of whatever run, for a look from outside while others write to it.
+struct JournalLook {
+  RunKey key;  ///< of its first record; empty where it has none
+  FinishedBlocks finished;
+  FinishedPoints points;
+};
+/// Nothing if it is gone. Throws IoError where it cannot be read.
+std::optional<JournalLook> look_at_journal(const std::filesystem::path& path);
 
 /// Remarks for the user on the journals beside `output`: which of those that read_journals() takes are of another
 /// build, and which files have the name of a journal and are none. Throws IoError.

@@ -55,12 +55,15 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
     sub->callback([&line, which] { line.command = which; });
     return sub;
   };
-  const auto config_options = [&](CLI::App* sub) {
-    sub->add_option("config", a.config, "TOML config of an experiment")->required();
+  const auto config_changes = [&](CLI::App* sub) {
     sub->add_option("--set", a.set, "KEY=VALUE: replaces a key of the config, checked like one in the file")
         ->allow_extra_args(false);
     sub->add_option("--trials", a.trials, "replaces the config's number of trials: 20000, 2e4, 20k or 2M");
     sub->add_option("--seed", a.seed, "replaces the config's seed");
+  };
+  const auto config_options = [&](CLI::App* sub) {
+    sub->add_option("config", a.config, "TOML config of an experiment")->required();
+    config_changes(sub);
   };
   const auto thread_option = [&](CLI::App* sub) {
     sub->add_option("--threads", a.threads, "number of threads (default: all cores); results do not depend on it")
@@ -161,8 +164,20 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   quiet_option(merge);
   answer_options(merge);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
-  CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
-  status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
+  CLI::App* status = command(Command::status, "status", "how far a run is, by the work that it has kept");
+  status
+      ->add_option("place", a.config, "config of the run, with the options that it was given; or folder of part files")
+      ->required();
+  config_changes(status);
+  status->add_option("-o,--output", a.output, "that of the run: its result, or the folder of its parts");
+  status->add_flag("--watch", line.watched.watch,
+                   "look again and again until all is done; Ctrl-C ends only the looking");
+  status->add_option("--every", line.watched.every_s, "with --watch: seconds between two looks (default: 5)")
+      ->check(kFinite)
+      ->check(CLI::Range(0.1, 3600.0));
+  status
+      ->add_option("--page", line.watched.page, "FILE: write a page for a browser, too; with --watch it renews itself")
+      ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   CLI::App* show = command(Command::show, "show", "print what is in a result file");
   show->add_option("file", line.shown.file, "result file")->required();
   CLI::Option* name = show->add_option("table", line.shown.name, "only this table or map");
@@ -225,11 +240,12 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file}, {"file", ValueKind::result_file},    {"file_a", ValueKind::result_file},
-      {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file},   {"output", ValueKind::result_file},
-      {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},       {"missing", ValueKind::folder},
-      {"result", ValueKind::result_file}, {"results", ValueKind::result_file}, {"survey", ValueKind::any_file},
-      {"table", ValueKind::table},        {"shell", ValueKind::shell},         {"experiment", ValueKind::experiment}};
+      {"config", ValueKind::config_file},   {"place", ValueKind::config_file},  {"file", ValueKind::result_file},
+      {"file_a", ValueKind::result_file},   {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file},
+      {"output", ValueKind::result_file},   {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},
+      {"missing", ValueKind::folder},       {"result", ValueKind::result_file}, {"results", ValueKind::result_file},
+      {"survey", ValueKind::any_file},      {"table", ValueKind::table},        {"shell", ValueKind::shell},
+      {"experiment", ValueKind::experiment}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }

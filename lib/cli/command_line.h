@@ -34,6 +34,7 @@ struct CommandLine {
   Command command = Command::list;
   RunArguments arguments = {};
   PlanArguments parts_plan = {};
+  StatusArguments watched = {};
   ShowArguments shown = {};
   DiffArguments compared = {};
   RefineArguments refined = {};

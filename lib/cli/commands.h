@@ -74,7 +74,18 @@ int run_one_part(const RunArguments& a, const std::string& command);
 int plan_parts(const RunArguments& a, const PlanArguments& plan);
 /// `part`: to a larger part, not to a result.
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part);
-int status_of(const std::string& folder);
+
+// ---- status: how far a run is
+
+struct StatusArguments {
+  bool watch = false;
+  double every_s = 5;
+  std::string page;  ///< HTML file; "": none
+};
+
+/// Prints what is kept of the run: of all runs whose parts are in the folder a.config; or of the config a.config, with
+/// the options of its run: its journals beside a.output, or its parts there.
+int status_of(const RunArguments& a, const StatusArguments& s);
 
 // ---- show: what is in a result file, for a terminal, as CSV, as JSON (docs/results-format.md)
 

@@ -13,6 +13,7 @@
 #include "cli/kept_work.h"
 #include "cli/load_run.h"
 #include "cli/log.h"
+#include "cli/part_files.h"
 #include "cli/print_result.h"
 #include "cli/progress.h"
 #include "cli/provenance.h"
@@ -26,8 +27,6 @@ namespace surveymc::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kExtension = ".part";
 
 std::uint64_t slurm_number(const char* name) {
   const char* text = std::getenv(name);
@@ -73,14 +72,14 @@ fs::path part_path(const RunArguments& a, const study::PartChoice& choice) {
   if (is_default) output = fs::path("results") / (fs::path(a.config).stem().string() + ".parts") / "";
   const bool is_folder = !output.has_filename() || fs::is_directory(output, error);
   if (!is_folder) {
-    require_usage(output.extension() == kExtension,
+    require_usage(output.extension() == kPartExtension,
                   "-o {}: the name of a part ends in {}, so that surveymc merge finds it; or give a folder",
-                  output.string(), kExtension);
+                  output.string(), kPartExtension);
     return output;
   }
   fs::create_directories(output, error);
   if (error) throw IoError(fmt::format("{}: cannot be made: {}", output.string(), error.message()));
-  return output / (study::part_name(choice) + kExtension);
+  return output / (study::part_name(choice) + kPartExtension);
 }
 
 /// What the reader of parts says of a damaged one.
@@ -125,71 +124,6 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
     throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
   }
   return false;
-}
-
-bool is_part(const fs::path& path) {
-  try {
-    checkpoint::read_part_head(path);
-    return true;
-  } catch (const IoError&) {
-    return false;
-  }
-}
-
-/// Files of a folder and of the folders in it (sweep.sh has at most 1,000 parts in each), sorted.
-std::vector<fs::path> files_with(const fs::path& folder, const std::string& word) {
-  std::vector<fs::path> found;
-  const auto add = [&](const fs::directory_entry& e) {
-    const std::string name = e.path().filename().string();
-    const bool hit = word == kExtension ? e.path().extension() == word : name.find(word) != std::string::npos;
-    if (name[0] == '.') return;
-    if (hit)
-      found.push_back(e.path());
-    else if (word == kExtension && is_part(e.path()))
-      log_warning(fmt::format("{}: is a part whose name does not end in {}: not read; give it such a name",
-                              e.path().string(), kExtension));
-  };
-  const auto check = [&](const fs::path& place, const std::error_code& e) {
-    if (e && e != std::errc::no_such_file_or_directory)
-      throw IoError(fmt::format("{}: cannot be listed: {}", place.string(), e.message()));
-  };
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code gone;
-    if (!it->is_directory(gone)) {
-      add(*it);
-      continue;
-    }
-    std::error_code inner;
-    for (fs::directory_iterator in(it->path(), inner), last; !inner && in != last; in.increment(inner)) add(*in);
-    check(it->path(), inner);
-  }
-  check(folder, error);
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-/// A part as its head has it; its pieces where the head does not say what they are.
-struct ListedPart {
-  fs::path path;
-  checkpoint::PartHead head;
-  std::vector<checkpoint::PieceEntry> pieces = {};
-};
-
-std::optional<ListedPart> listed(const fs::path& path) {
-  try {
-    ListedPart part{path, checkpoint::read_part_head(path), {}};
-    if (!part.head.whole) part.pieces = checkpoint::PartReader(path).pieces();
-    return part;
-  } catch (const IoError& e) {
-    log_warning(e.what());
-    return std::nullopt;
-  }
-}
-
-void add_to(study::Coverage& coverage, const ListedPart& part) {
-  if (part.head.whole) coverage.add(part.head.range);
-  for (const checkpoint::PieceEntry& e : part.pieces) coverage.add(e);
 }
 
 /// "17", "100:200", "0:100000:1000".
@@ -318,7 +252,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   }
   study::Coverage there;
   const std::string key = checkpoint::run_bytes(part_key(run));
-  for (const fs::path& path : files_with(plan.folder, kExtension)) {
+  for (const fs::path& path : files_with(plan.folder, kPartExtension)) {
     const std::optional<ListedPart> part = listed(path);
     if (!part) continue;
     if (part->head.run == key)
@@ -369,8 +303,8 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   for (const std::string& name : names) {
     std::error_code error;
     if (fs::is_directory(name, error)) {
-      const std::vector<fs::path> within = files_with(name, kExtension);
-      require(!within.empty(), "{}: has no part files (*{})", name, kExtension);
+      const std::vector<fs::path> within = files_with(name, kPartExtension);
+      require(!within.empty(), "{}: has no part files (*{})", name, kPartExtension);
       paths.insert(paths.end(), within.begin(), within.end());
     } else {
       paths.push_back(name);
@@ -378,8 +312,8 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   }
   if (part) {
     refuse_options_of_results(a);
-    require_usage(fs::path(a.output).extension() == kExtension, "-o {}: the name of a part ends in {}", a.output,
-                  kExtension);
+    require_usage(fs::path(a.output).extension() == kPartExtension, "-o {}: the name of a part ends in {}", a.output,
+                  kPartExtension);
     for (const fs::path& path : paths) {
       std::error_code error;
       require(!fs::equivalent(path, a.output, error), "{}: is one of the parts: choose another name with -o", a.output);
@@ -410,49 +344,6 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   Progress progress;
   return write_merged(a, study::merge_parts(run, parts, run_options(a, run, progress, true)), counted(count, "part"),
                       ends);
-}
-
-int status_of(const std::string& folder) {
-  std::error_code error;
-  const FileKind kind = kind_of_file(folder);
-  require(fs::is_directory(folder, error), "{}: is not a folder{}{}", folder, kind == FileKind::unknown ? "" : ", but ",
-          what_to_do(folder, kind));
-  std::map<std::string, std::vector<ListedPart>> runs;
-  std::size_t damaged = 0;
-  for (const fs::path& path : files_with(folder, kExtension)) {
-    if (std::optional<ListedPart> part = listed(path))
-      runs[part->head.run].push_back(std::move(*part));
-    else
-      ++damaged;
-  }
-  for (const auto& [key, parts] : runs) {
-    const checkpoint::Part first = checkpoint::PartReader(parts.front().path).about();
-    study::Coverage there;
-    double elapsed = 0;
-    std::size_t failed = 0;
-    std::vector<checkpoint::PartHead> heads;
-    for (const ListedPart& part : parts) {
-      heads.push_back(part.head);
-      elapsed += part.head.elapsed_s;
-      failed += part.head.failed;
-      add_to(there, part);
-    }
-    const PointSet open = there.missing(first.points);
-    const auto line = [](const std::string& text) { fmt::print("{}\n", store::printable(text)); };
-    line(first.title);
-    line(
-        fmt::format("  experiment {}, config hash {}, {}", first.experiment, first.key.config_hash, first.key.program));
-    line(fmt::format("  {}, computed in {}; {} of {} points done{}{}", counted(parts.size(), "part"),
-                     format_duration(elapsed), first.points - open.count(), first.points,
-                     open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open)));
-    if (const std::string shards = study::missing_shards(heads); !shards.empty()) fmt::print("  missing {}\n", shards);
-    if (failed > 0) fmt::print("  {} with points that cannot be run\n", counted(failed, "part"));
-  }
-  if (runs.empty()) say(fmt::format("no part files in {}", folder));
-  if (damaged > 0) fmt::print("{}\n", counted(damaged, "damaged or foreign part file"));
-  for (const fs::path& path : files_with(folder, checkpoint::kJournalInfix))
-    say(fmt::format("unfinished: {} ({} bytes)", path.string(), fs::file_size(path, error)));
-  return kDone;
 }
 
 }  // namespace surveymc::cli

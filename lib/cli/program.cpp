@@ -99,7 +99,7 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
     case Command::merge:
       return merge_files(a, line.parts, line.inputs, line.to_part);
     case Command::status:
-      return status_of(line.parts_plan.folder);
+      return status_of(a, line.watched);
     case Command::show:
       return show(line.shown), kDone;
     case Command::diff:

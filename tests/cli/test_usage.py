@@ -106,7 +106,7 @@ class CommandLine(Case):
                         f"error: {command} {file}: must be {wanted}, but this is {kind}; commands for it:\n  " + "\n  ".join(commands)))
         self.refused(USAGE, "base.toml", says="base.toml is not expected: a command comes first, and this is a config; commands for it:\n"
                                               "  surveymc check base.toml\n")
-        self.refused(BAD_INPUT, "status", "parts/a.part", says="parts/a.part: is not a folder, but a part of a run; .*:\n  surveymc status parts")
+        self.refused(BAD_INPUT, "status", "parts/a.part", says="parts/a.part: is no folder of parts and no config, but a part of a run; .*:\n  surveymc status parts")
         for command in ("keys", "new"):
             self.refused(USAGE, command, "base.toml", says=f"this is a config of one:\n  surveymc {command} msa_position")
         self.refused(USAGE, "models", "tool.toml", says="this is a file of error models; .*:\n  surveymc models --file tool.toml")
