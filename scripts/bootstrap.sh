@@ -12,10 +12,10 @@ packages=(clang-19 libomp-19-dev lld-19 g++ cmake ninja-build git libeigen3-dev 
   python3 python3-numpy python3-h5py python3-matplotlib python3-xxhash)
 for part in "$@"; do
   case "$part" in
-    report) packages+=(python3-pandas python3-xarray) ;;
+    report) packages+=(python3-pandas python3-xarray python3-jinja2 libjs-three) ;;
     import) packages+=(python3-lxml python3-openpyxl) ;;
     test) packages+=(python3-lxml python3-openpyxl catch2 libmuparser-dev librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
-      python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
+      python3-pandas python3-xarray python3-jinja2 libjs-three python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
       poppler-utils dpkg-dev file
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
       slurm-wlm munge parallel snakemake libclang-rt-19-dev) ;;

@@ -39,4 +39,4 @@ logged build/surveymc plot "$result"
 echo
 echo "what is in the result:    build/surveymc show $result"
 echo "your own well:            build/surveymc new position_covariance -o well.toml"
-echo "all studies on one page:  scripts/run_all.sh --quick    then open results/quick/report.html"
+echo "all studies as pages:  scripts/run_all.sh --quick    then open results/quick/report/index.html"

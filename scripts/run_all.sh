@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs every study at full size, draws the figures, and writes the report: results/report.html.
+# Runs every study at full size, draws the figures, and writes the report: results/report/index.html.
 #
 #   scripts/run_all.sh                    all studies; what is done already, with the same config and program, is kept
-#   scripts/run_all.sh --quick            few trials, a few minutes: results/quick/report.html
+#   scripts/run_all.sh --quick            few trials, a few minutes: results/quick/report/index.html
 #   scripts/run_all.sh --only 'thesis/*'   those whose name fits (shell pattern, or part of the name); may be repeated
 #   scripts/run_all.sh --list             names, whether they are done, and nothing else
 #   --threads N, --no-report              for surveymc studies, which does the work

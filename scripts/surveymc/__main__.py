@@ -1,7 +1,7 @@
 """The commands of surveymc that are written in Python:
 
     surveymc plot RESULT.h5             its figures
-    surveymc report RESULT.h5 ...       one page of results
+    surveymc report RESULT.h5 ...       pages of results
     surveymc import FILE -o well.csv    a survey or readings in another form to CSV
     surveymc studies                    runs all studies of configs/
 
@@ -16,7 +16,7 @@ import subprocess
 import sys
 
 _DRAWS = ("numpy", "h5py", "xxhash", "matplotlib")
-_PAGE = (*_DRAWS, "pandas", "xarray")
+_PAGE = (*_DRAWS, "pandas", "xarray", "jinja2")
 COMMANDS = {"plot": ("surveymc.plots.__main__", _DRAWS), "report": ("surveymc.report.__main__", _PAGE),
             "import": ("surveymc.importer.__main__", ()), "studies": ("surveymc.run_studies", _PAGE)}  # module, packages
 OLDEST = (3, 11)

@@ -207,8 +207,8 @@ def main():
         if there and not arguments.no_report:
             print("figures and report ...", flush=True)
             note = ["--note", QUICK_NOTE] if arguments.quick else []
-            page = os.path.join(output, "report.html")
-            code = max(code, subprocess.run([sys.executable, studies.PACKAGE, "report", *there, "--base", output, "-o", page,
+            pages = os.path.join(output, "report")
+            code = max(code, subprocess.run([sys.executable, studies.PACKAGE, "report", *there, "--base", output, "-o", pages,
                                              *note]).returncode)
     except KeyboardInterrupt:
         print("\nstopped; finished results are kept: the same command goes on from there", file=sys.stderr)

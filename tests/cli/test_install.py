@@ -57,8 +57,8 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
     call("surveymc", "import", "survey.txt", "-o", "survey.csv", **options)
     assert (work / "survey.csv").read_text().startswith("md_ft,inclination_deg,azimuth_deg")
     assert "out_along.svg" in call("surveymc", "plot", "out.h5", "-o", "figures", **options)
-    call("surveymc", "report", "out.h5", "-o", "mine.html", "--no-figures", **options)
-    assert "own well" in (work / "mine.html").read_text().lower()
+    call("surveymc", "report", "out.h5", "-o", "mine", "--no-figures", **options)
+    assert "own well" in (work / "mine/index.html").read_text().lower()
     code = ("import surveymc; print(surveymc.find_program()); r = surveymc.run('%s', trials=50); print(len(r.table('position')))"
             % (share / "configs/examples/own_well.toml"))
     said = call("/usr/bin/python3", "-c", code, **options).split()

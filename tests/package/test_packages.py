@@ -80,8 +80,8 @@ with tempfile.TemporaryDirectory(prefix="surveymc-packages-") as folder:
     assert int(rows) > 0 and int(figures) > 0
     assert "--readings" in inside("surveymc", "import", "--help")
     inside("surveymc", "run", "/usr/share/surveymc/configs/reliability/fig1.toml", "-o", "/tmp/fig1.h5")
-    inside("surveymc", "report", "/tmp/fig1.h5", "-o", "/tmp/report.html")
-    assert "No figure" not in open(os.path.join(root, "tmp/report.html"), encoding="utf-8").read()
+    inside("surveymc", "report", "/tmp/fig1.h5", "-o", "/tmp/report")
+    assert "No figure" not in open(os.path.join(root, "tmp/report/index.html"), encoding="utf-8").read()
     in_root(root, "apt-get", "remove", "-y", "surveymc", env=environment)
     assert not os.path.exists(os.path.join(root, "usr/bin/surveymc"))
     print("the package installs, runs, draws and is removed")

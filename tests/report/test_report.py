@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of the page that surveymc.report made of smoke results: test_report.py REPORT.html SMOKE_FOLDER"""
+"""Tests of the pages that surveymc.report made of smoke results: test_report.py REPORT_FOLDER SMOKE_FOLDER"""
 import contextlib
 import html.parser
 import importlib
@@ -23,9 +23,9 @@ SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)
 if SCRIPTS not in sys.path:  # in a spawned process the copy of plots_with stands before it
     sys.path.insert(0, SCRIPTS)
 import surveymc  # noqa: E402
-from surveymc import integrity, studies  # noqa: E402
+from surveymc import integrity, studies, view3d  # noqa: E402
 from surveymc.plots import runner  # noqa: E402
-from surveymc.report import explore, figures, headlines, page, tables, text  # noqa: E402
+from surveymc.report import explore, figures, headlines, page, pages, tables, templating, text  # noqa: E402
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
 
@@ -69,55 +69,76 @@ def make(*arguments, environment=None):
                           timeout=120, env={**os.environ, **(environment or {})})
 
 
+def read(folder):
+    """{name: text} of the pages in a folder."""
+    return {name: Path(folder, name).read_text(encoding="utf-8") for name in sorted(os.listdir(folder)) if name.endswith(".html")}
+
+
+RESULTS = {"estimate": "estimate", "msa_benefit": "msa_benefit", "msa_sweep": "msa_position", "mwd_drift": "mwd_drift",
+           "reliability_map": "reliability_map", "sensor_monte_carlo": "sensor_monte_carlo", "vertical_well": "vertical_well",
+           "clearance": "clearance"}  # their files, and the pages that they are on
+
+
 class Structure(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        with open(REPORT, encoding="utf-8") as file:
-            cls.source = file.read()
-        cls.page = Page(cls.source)
+        cls.sources = read(REPORT)
+        cls.pages = {name: Page(source) for name, source in cls.sources.items()}
 
-    def test_is_well_formed(self):
-        self.assertEqual(self.page.faults, [])
-        self.assertTrue(self.source.startswith("<!DOCTYPE html>"))
-        self.assertEqual(self.page.named("html")[0]["lang"], "en")
-        levels = [int(t[1]) for t, _ in self.page.tags if re.fullmatch(r"h[1-6]", t)]
-        self.assertEqual(levels[0], 1)
-        self.assertEqual(levels.count(1), 1)
-        self.assertTrue(all(b <= a + 1 for a, b in zip(levels, levels[1:])), "a level of headings is left out")
+    def test_a_front_page_one_for_each_study_and_one_for_paper(self):
+        self.assertEqual(set(self.sources), {"index.html", "paper.html", *(f"{p}.html" for p in RESULTS.values())})
+        for name, source in self.sources.items():
+            if name != "paper.html":
+                self.assertLess(len(source.encode()), 3e6, name)
+
+    def test_they_are_well_formed(self):
+        for name, parsed in self.pages.items():
+            self.assertEqual(parsed.faults, [], name)
+            self.assertTrue(self.sources[name].startswith("<!DOCTYPE html>"), name)
+            self.assertEqual(parsed.named("html")[0]["lang"], "en")
+            levels = [int(t[1]) for t, _ in parsed.tags if re.fullmatch(r"h[1-6]", t)]
+            self.assertEqual(levels[0], 1)
+            self.assertTrue(name == "paper.html" or levels.count(1) == 1, name)
+            self.assertTrue(all(b <= a + 1 for a, b in zip(levels, levels[1:])), f"{name}: a level of headings is left out")
 
     def test_ids_are_unique_and_links_lead_somewhere(self):
-        self.assertEqual(len(self.page.ids), len(set(self.page.ids)))
-        links = [a["href"] for a in self.page.named("a")]
-        self.assertGreater(len(links), 10)
-        for link in links:
-            self.assertTrue(link.startswith("#"), link)
-            self.assertIn(link[1:], self.page.ids)
-        for _, attributes in self.page.tags:
-            for name in ("aria-labelledby", "for", "data-source"):
-                if name in attributes:
-                    self.assertIn(attributes[name], self.page.ids)
+        for name, parsed in self.pages.items():
+            self.assertEqual(len(parsed.ids), len(set(parsed.ids)))
+            links = [a["href"] for a in parsed.named("a")]
+            self.assertGreater(len(links), 10 if name == "index.html" else 0)
+            for link in links:
+                file, _, target = link.partition("#")
+                self.assertIn(file or name, self.pages, link)
+                self.assertTrue(not target or target in self.pages[file or name].ids, link)
+            for _, attributes in parsed.tags:
+                for key in ("aria-labelledby", "for", "data-source"):
+                    if key in attributes:
+                        self.assertIn(attributes[key], parsed.ids)
 
-    def test_loads_nothing(self):
-        for tag, attributes in self.page.tags:
-            self.assertFalse(tag in ("iframe", "object", "embed", "base", "form"), tag)
-            for name in ("src", "href", "srcset", "action", "data", "poster"):
-                if name in attributes:
-                    self.assertRegex(attributes[name], r"^(#|data:)", tag)
-            self.assertFalse([a for a in attributes if a.startswith("on")])
-        styles = re.findall(r"<style>(.*?)</style>", self.source, re.S)
-        self.assertEqual([w for s in styles for w in re.findall(r"@import|url\(.{0,40}", s)], [])
-        scripts = re.findall(r"<script>(.*?)</script>", self.source, re.S)
-        self.assertEqual([w for s in scripts for w in re.findall(r"fetch\(|XMLHttpRequest|import\(|https?://(?!www.w3.org/2000/svg).{0,40}", s)], [])
-        policy = next(a["content"] for a in self.page.named("meta") if a.get("http-equiv") == "Content-Security-Policy")
-        self.assertIn("default-src 'none'", policy)
-        self.assertLess(len(self.source.encode()), 12e6)  # of the smoke results; all studies at full size: docs/report.md
+    def test_they_load_nothing(self):
+        for name, parsed in self.pages.items():
+            for tag, attributes in parsed.tags:
+                self.assertFalse(tag in ("iframe", "object", "embed", "base", "form"), tag)
+                for key in ("src", "href", "srcset", "action", "data", "poster"):
+                    if key in attributes:
+                        self.assertRegex(attributes[key], r"^(#|data:|[a-z0-9_-]+\.html(#|$))", tag)
+                self.assertFalse([a for a in attributes if a.startswith("on")])
+            styles = re.findall(r"<style>(.*?)</style>", self.sources[name], re.S)
+            self.assertEqual([w for s in styles for w in re.findall(r"@import|url\(.{0,40}", s)], [])
+            scripts = re.findall(r"<script>(.*?)</script>", self.sources[name], re.S)
+            ours = [s for s in scripts if "THREE.REVISION" not in s and "exports.REVISION" not in s]  # the library has a loader, unused
+            self.assertEqual(len(scripts) - len(ours), 1 if name in ("estimate.html", "clearance.html") and view3d.is_installed() else 0, name)
+            self.assertEqual([w for s in ours for w in re.findall(r"fetch\(|XMLHttpRequest|import\(|https?://(?!www.w3.org/2000/svg).{0,40}", s)], [])
+            policy = next(a["content"] for a in parsed.named("meta") if a.get("http-equiv") == "Content-Security-Policy")
+            self.assertIn("default-src 'none'", policy)
 
     def test_every_figure_that_was_drawn_is_there_whole(self):
-        drawn = [os.path.join(folder, f) for folder, _, names in os.walk(os.path.join(os.path.dirname(REPORT), "figures"))
+        drawn = [os.path.join(folder, f) for folder, _, names in os.walk(os.path.join(REPORT, "figures"))
                  for f in names if f.endswith(".svg") and not re.search(r"\.\d+\.svg$", f)]  # which were kept
-        pictures = self.page.named("img")
         self.assertGreater(len(drawn), 8)
-        self.assertEqual(len(pictures), len(drawn) + 1)  # and the figure of the first finding, at the head of the page
+        pictures = [i for name, parsed in self.pages.items() if name not in ("index.html", "paper.html") for i in parsed.named("img")]
+        self.assertEqual(len(pictures), len(drawn))
+        self.assertEqual(len(self.pages["paper.html"].named("img")), len(drawn))
         for picture in pictures:
             self.assertTrue(picture["alt"])
             self.assertEqual(picture["src"][:5], "data:")
@@ -133,12 +154,9 @@ class Structure(unittest.TestCase):
                             self.assertRegex(value, r"^(#|data:)")
 
     def test_each_result_says_what_it_is_and_how_it_came_out(self):
-        results = [a["id"] for t, a in self.page.tags if t == "article"]
-        files = ("estimate", "msa_benefit", "msa_sweep", "mwd_drift", "reliability_map", "sensor_monte_carlo", "vertical_well")
-        self.assertEqual({r.removeprefix("result-") for r in results}, {f.replace("_", "-") for f in files})
-        for name in files:
-            result = surveymc.open(os.path.join(os.path.dirname(REPORT), "results", name + ".h5"))
-            part = re.search(rf'<article class="result" id="result-{name.replace("_", "-")}">(.*?)</article>', self.source, re.S)[1]
+        for name, on in RESULTS.items():
+            result = surveymc.open(os.path.join(REPORT, "..", "results", name + ".h5"))
+            part = re.search(rf'<article class="result" id="result-{name.replace("_", "-")}">(.*?)</article>', self.sources[f"{on}.html"], re.S)[1]
             self.assertTrue(text.escape(result.title) in part, name)
             for words in (result.content_hash, text.escape(result.config), f"<dt>seed</dt><dd>{result.seed}</dd>",
                           "build/surveymc rerun ", f"build/surveymc run configs/smoke/{name}.toml"):
@@ -152,6 +170,16 @@ class Structure(unittest.TestCase):
                 for message in frame["message"] if table == "warnings" else []:
                     self.assertTrue(text.prose(message) in part, (name, message))
 
+    def test_the_front_page_has_a_card_for_each_study(self):
+        source = self.sources["index.html"]
+        cards = re.findall(r'<li class="card">(.*?)</li>', source, re.S)
+        self.assertEqual(len(cards), len(RESULTS))
+        for card in cards:
+            self.assertRegex(card, r'<a href="[a-z_]+\.html"><img src="data:image/png;base64,')
+        self.assertEqual({re.search(r'href="(.*?)"', c)[1] for c in cards}, {f"{p}.html" for p in RESULTS.values()})
+        result = surveymc.open(os.path.join(SMOKE, "vertical_well.h5"))
+        self.assertTrue(text.escape(result.answer[0]) in next(c for c in cards if "vertical_well.html" in c))
+
     def test_what_runs_a_result_again_has_its_options(self):
         for command, options in (("surveymc run a.toml -o a.h5", ""), ("surveymc run a.toml --seed 77 -o a.h5", " --seed 77"),
                                  ("surveymc run a.toml --trials=50 --set verdict.margin=0.5 --set estimator.name=msa --quiet",
@@ -162,12 +190,13 @@ class Structure(unittest.TestCase):
             self.assertEqual(page.own_numbers(command), options)
         result = surveymc.open(os.path.join(SMOKE, "vertical_well.h5"))
         result.command = "surveymc run configs/smoke/vertical_well.toml --seed 77 -o x.h5"
-        part = page.result_part(result, studies.load()["vertical_well"], figures.Drawn(), "r", "x.h5", 1)[0]
-        self.assertIn("build/surveymc run configs/smoke/vertical_well.toml --seed 77\nbuild/surveymc rerun x.h5", part)
-        self.assertIn("Run with other numbers than the config has", part)
+        part = page.result_part(result, studies.load()["vertical_well"], runner.Drawn(), "r", "x.h5", 1)
+        html = templating.render(templating.environment(), "result.html", r=part, heading="h2", paper=False)
+        self.assertIn("build/surveymc run configs/smoke/vertical_well.toml --seed 77\nbuild/surveymc rerun x.h5", html)
+        self.assertIn("Run with other numbers than the config has", html)
 
     def test_verdicts_are_marks_with_words(self):
-        cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
+        cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', "".join(self.sources.values()))
         self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"), ("undecided", "differs, may be chance"),
                                                           ("finding", "finding")}, set())
         self.assertGreaterEqual(len({m for _, m, _ in cells}), 3)
@@ -176,14 +205,14 @@ class Structure(unittest.TestCase):
 class FirstScreen(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        with open(REPORT, encoding="utf-8") as file:
-            cls.source = file.read()
+        cls.sources = read(REPORT)
 
     def test_findings_stand_first_and_lead_to_their_results(self):
-        head = self.source[:self.source.index('class="overview"')]
-        links = re.findall(r'<li><a href="#(result-[^"]*)">([^<]*)</a></li>', head[head.index('class="headlines"'):])
+        source = self.sources["index.html"]
+        head = source[:source.index('id="studies"')]
+        links = re.findall(r'<li><a href="([^"]*)">([^<]*)</a></li>', head[head.index('class="headlines"'):])
         self.assertEqual(len(links), headlines.MOST)
-        self.assertEqual(links[0][0], "result-msa-sweep")
+        self.assertEqual(links[0][0], "msa_position.html#result-msa-sweep")
         result = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5"))
         self.assertEqual(html.unescape(links[0][1]), f"{result.title}: {result.answer[0]}")
         self.assertEqual(head.count("<img"), 1)
@@ -203,9 +232,10 @@ class FirstScreen(unittest.TestCase):
 
     def test_a_result_begins_with_its_answer(self):
         for name in ("msa_sweep", "vertical_well", "reliability_map"):
-            result = surveymc.open(os.path.join(os.path.dirname(REPORT), "results", name + ".h5"))
-            start = self.source.index(f'id="result-{name.replace("_", "-")}"')
-            part = html.unescape(self.source[start:self.source.index("</article>", start)])
+            result = surveymc.open(os.path.join(REPORT, "..", "results", name + ".h5"))
+            source = self.sources[f"{RESULTS[name]}.html"]
+            start = source.index(f'id="result-{name.replace("_", "-")}"')
+            part = html.unescape(source[start:source.index("</article>", start)])
             places = [part.index(sentence) for sentence in result.answer]
             self.assertTrue(2 <= len(places) and places == sorted(places), name)
             self.assertLess(places[-1], part.index("<table"))
@@ -218,11 +248,11 @@ class FirstScreen(unittest.TestCase):
                 if "verdict" in table and "ratio" in table:
                     confidence = round(table.attrs["confidence"], 9)
                     rows[confidence] = rows.get(confidence, 0) + int((table["verdict"] != "").sum())
-        words = page._chance({0.95: 1000})
-        self.assertIn("1\u202f000 rows are judged by Monte-Carlo intervals at 95&nbsp;%", words)
+        words = page.chance({0.95: 1000})
+        self.assertIn("1\u202f000 rows are judged by Monte-Carlo intervals at 95\N{NO-BREAK SPACE}%", words)
         self.assertIn("at most 25 may differ by chance", words)
-        self.assertIn("a chance below 0.036 that even one differs", page._chance({0.99999: 7200}))
-        said = re.search(r'id="chance">(.*?)</p>', self.source)[1]
+        self.assertIn("a chance below 0.036 that even one differs", page.chance({0.99999: 7200}))
+        said = re.search(r'id="chance">(.*?)</p>', self.sources["index.html"])[1]
         self.assertEqual(len(rows), 1)
         self.assertGreaterEqual(int(re.match(r"[\d\u202f]+", said)[0].replace("\u202f", "")), sum(rows.values()))
 
@@ -248,8 +278,7 @@ class FirstScreen(unittest.TestCase):
 
     def test_verdicts_are_the_last_column(self):
         frame = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")
-        heads = re.findall(r"<th[^>]*>", tables.table(frame).split("</thead>")[0])
-        self.assertIn('class="v"', heads[-1])
+        self.assertEqual(tables.table(frame).heads[-1].style, "v")
 
 
 class Numbers(unittest.TestCase):
@@ -288,7 +317,7 @@ class AnyResult(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
-        self.output = os.path.join(self.folder, "r.html")
+        self.output = os.path.join(self.folder, "r")
 
     def changed(self, name, change):
         path = os.path.join(self.folder, f"{name}.h5")
@@ -300,10 +329,10 @@ class AnyResult(unittest.TestCase):
     def report(self, *arguments):
         run = make(*arguments, "-o", self.output, "--no-figures")
         self.assertEqual(run.returncode, 0, run.stderr)
-        with open(self.output, encoding="utf-8") as file:
-            source = file.read()
-        self.assertEqual(Page(source).faults, [])
-        return source, run
+        found = read(self.output)
+        for name, source in found.items():
+            self.assertEqual(Page(source).faults, [], name)
+        return "".join(source for name, source in found.items() if name != "paper.html"), run
 
     def test_all_smoke_results_make_a_page(self):
         there = [f for f in os.listdir(SMOKE) if f.endswith(".h5")]  # other tests may be adding to them
@@ -341,7 +370,8 @@ class AnyResult(unittest.TestCase):
         source, _ = self.report(self.changed("wrong", wrong))
         self.assertTrue("<strong>3 are not as the config expects</strong> (marked in the tables); 1 of them is undecided" in source)
         self.assertEqual(source.count("<tr class=unexpected>"), 3)
-        self.assertTrue("<strong>3 not as expected</strong>" in source)
+        front, _ = self.report(os.path.join(SMOKE, "vertical_well.h5"), os.path.join(self.folder, "wrong.h5"))
+        self.assertTrue("<strong>3 not as expected</strong>" in front)
 
     def test_same_names_in_two_folders_and_files_that_are_no_results(self):
         for part in ("a", "b"):
@@ -411,7 +441,9 @@ class AnyResult(unittest.TestCase):
     def test_refusals(self):
         for arguments, code, word in (([os.path.join(self.folder, "none.h5")], 65, "no such file"),
                                       ([self.folder], 65, "run_all.sh"), (["--colour"], 64, "usage"),
-                                      ([os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc/r.html"], 74, "/proc/figures: cannot write: ")):
+                                      ([os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc/r"], 74, "/proc/r: cannot write: "),
+                                      ([os.path.join(SMOKE, "msa_sweep.h5"), "-o", "r.html"], 64, "name a folder (-o r)"),
+                                      ([os.path.join(SMOKE, "msa_sweep.h5"), "--templates", "/nowhere"], 64, "no such folder")):
             run = make(*arguments)
             self.assertEqual(run.returncode, code, run.stderr)
             self.assertIn(word, run.stderr)

@@ -132,9 +132,9 @@ class Running(unittest.TestCase):
 
     def test_report_and_figures_come_with_it(self):
         text = self.go("--quick", "--only", "reliability/fig1")
-        self.assertIn("report.html: 1 result,", text)
-        self.assertTrue(os.path.exists(os.path.join(self.folder, "figures", "reliability", "fig1_inclination.svg")))
-        with open(os.path.join(self.folder, "report.html"), encoding="utf-8") as file:
+        self.assertIn("report/index.html: 1 result,", text)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "report", "figures", "reliability", "fig1_inclination.svg")))
+        with open(os.path.join(self.folder, "report", "index.html"), encoding="utf-8") as file:
             self.assertTrue(run_studies.QUICK_NOTE in file.read())
 
     def test_refusals(self):

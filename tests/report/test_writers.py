@@ -135,7 +135,7 @@ def writers(folder):
     (folder / "out").mkdir()
     survey = ("in.csv", "-o", "out/survey.csv", "--azimuth-reference", "grid")
     return [Writer("plot gross_error", "well.png", "well.h5", "-o", "out"),
-            Writer("report", "page.html", "well.h5", "-o", "out/page.html", "--no-figures"),
+            Writer("report", "index.html", "well.h5", "-o", "out", "--no-figures"),
             Writer(KEPT_FIGURES, "figures/well.svg"),
             Writer(KEPT_FIGURES, "figures/.well.figures.json"),
             Writer("import", "survey.csv", *survey, refuses=True),
@@ -233,23 +233,38 @@ class Writing(Case):
 
     def test_one_failed_write_is_not_for_ever(self):
         writers(self.folder)
-        report = ("report", "well.h5", "-o", "out/page.html")
+        report = ("report", "well.h5", "-o", "out")
         figure = self.folder / "out/figures/well.svg"
         figure.mkdir(parents=True)
         self.go(*report, code=74)
-        self.assertTrue('<p class="broken">' in (self.folder / "out/page.html").read_text())
+        self.assertTrue('<p class="broken">' in (self.folder / "out/index.html").read_text())
         figure.rmdir()
         self.go(*report)
-        self.assertFalse('<p class="broken">' in (self.folder / "out/page.html").read_text())
+        self.assertFalse('<p class="broken">' in (self.folder / "out/index.html").read_text())
         figure.write_bytes(b"<svg/>")  # not what the record is of: it does not come into the page
         self.go(*report)
         self.assertEqual(figure.with_suffix(".1.svg").read_bytes(), b"<svg/>")
 
     def test_a_page_without_a_name_keeps_what_is_there(self):
         writers(self.folder)
-        (self.folder / "report.html").write_bytes(MINE)
+        (self.folder / "report").mkdir()
+        for name in ("index", "notes"):
+            (self.folder / "report" / f"{name}.html").write_bytes(MINE)
         self.go("report", "well.h5", "--no-figures")
-        self.assertEqual((self.folder / "report.1.html").read_bytes(), MINE)
+        self.assertEqual((self.folder / "report/index.1.html").read_bytes(), MINE)
+        self.assertEqual((self.folder / "report/notes.html").read_bytes(), MINE)
+
+    def test_pages_that_the_report_has_no_longer_go(self):
+        writers(self.folder)
+        for name in ("one", "two"):
+            shutil.copy(self.folder / "well.h5", self.folder / f"{name}.h5")
+            with result_file(self.folder / f"{name}.h5", "a") as file:
+                file.attrs["command"] = "surveymc run mine.toml"  # of no config that is shipped: a page for each
+        self.go("report", "one.h5", "two.h5", "--no-figures")
+        pages = lambda: {p.name for p in (self.folder / "report").glob("*.html")}  # noqa: E731
+        self.assertEqual(pages(), {"index.html", "one.html", "two.html", "paper.html"})
+        self.go("report", "one.h5", "--no-figures")
+        self.assertEqual(pages(), {"index.html"})
 
     def test_figures_of_another_result_with_that_name_are_kept(self):
         writers(self.folder)
@@ -322,7 +337,7 @@ class Reading(Case):
         with copy_of_well(self.folder / "large.h5") as file:
             table = file["tables"][next(iter(file["tables"]))]
             table.create_dataset("large", shape=(1 << 40,), dtype="f8", chunks=(1 << 16,))
-        out, err = self.go("report", "well.h5", "large.h5", "-o", "page.html", "--no-figures",
+        out, err = self.go("report", "well.h5", "large.h5", "-o", "page", "--no-figures",
                            before=lambda: resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)))
         self.assertIn(b"large.h5: /tables/", err)
         self.assertIn(b"claims more values than the file can hold", err)
@@ -335,7 +350,7 @@ class Reading(Case):
             shutil.copy(os.path.join(SMOKE, "gross_error_detection.h5"), os.fsencode(self.folder) + b"/" + name)
         out, err = self.go("report", ".")
         self.assertIn(b": %d results," % len(odd), out)
-        page = (self.folder / "report.html").read_bytes()
+        page = b"".join(p.read_bytes() for p in (self.folder / "report").glob("*.html") if p.name != "paper.html")
         page.decode("utf-8")
         self.assertFalse(b"\x1b" in page or "\u202e".encode() in page)
         self.assertFalse(b'<p class="broken">' in page)

@@ -1,4 +1,4 @@
-// What both drawings share: elements, number formats, axes. No library, no network.
+// What the drawings share: elements, number formats, axes, choices, what is saved. No library, no network.
 "use strict";
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -47,11 +47,16 @@ function angleTicks(low, high, count) {
   return found;
 }
 
-/** The frame of a plot with ticks and labels. box: left, top, width, height; x, y: { low, high, label, ticks, show }. */
+/** The frame of a plot with ticks and labels. box: left, top, width, height; x, y: { low, high, label, ticks, show, of }; of: what is
+ *  linear along the axis (Math.log10 for a logarithmic one). */
 function frame(box, x, y) {
   const group = make("g", { class: "axes" });
-  const px = (v) => box.left + ((v - x.low) / (x.high - x.low)) * box.width;
-  const py = (v) => box.top + box.height - ((v - y.low) / (y.high - y.low)) * box.height;
+  const part = (axis) => {
+    const of = axis.of || ((v) => v), low = of(axis.low), high = of(axis.high);
+    return (v) => (of(v) - low) / (high - low);
+  };
+  const along = part(x), up = part(y);
+  const px = (v) => box.left + along(v) * box.width, py = (v) => box.top + box.height - up(v) * box.height;
   for (const t of x.ticks) {
     group.append(make("line", { x1: px(t), x2: px(t), y1: box.top, y2: box.top + box.height, class: "grid" }));
     group.append(make("text", { x: px(t), y: box.top + box.height + 18, "text-anchor": "middle" }, [pretty(t, 6)]));
@@ -77,22 +82,113 @@ function logTicks(low, high) {
 let controls = 0;
 /** A labelled choice; `changed` is called after each change. values: texts. A long list of numbers becomes a slider. */
 function choice(label, values, changed, start = 0) {
-  const id = `choice-${++controls}`;
-  const name = make("label", { for: id }, [label], true);
-  if (values.length > 30) {
-    const input = make("input", { id, type: "range", min: 0, max: values.length - 1, value: start, step: 1 }, [], true);
+  const id = `choice-${++controls}`, is = values.length > 30 ? "slider" : "list";
+  const name = make("label", { for: id }, [label], true), whole = make("span", { class: "choice" }, [name], true);
+  const chosen = { element: whole, texts: values, touched: false, given: false, get: () => Number(chosen.input.value) };
+  if (is === "slider") {
     const shown = make("output", { for: id }, [values[start]], true);
-    input.addEventListener("input", () => {
-      shown.textContent = values[input.value];
-      input.setAttribute("aria-valuetext", values[input.value]);
-      changed();
-    });
-    return { element: make("span", { class: "choice" }, [name, input, shown], true), get: () => Number(input.value) };
+    chosen.input = make("input", { id, type: "range", min: 0, max: values.length - 1, step: 1 }, [], true);
+    chosen.show = () => {
+      shown.textContent = values[chosen.input.value];
+      chosen.input.setAttribute("aria-valuetext", values[chosen.input.value]);
+    };
+    whole.append(chosen.input, shown);
+  } else {
+    chosen.input = make("select", { id }, values.map((v, i) => make("option", { value: i }, [v], true)), true);
+    chosen.show = () => {};
+    whole.append(chosen.input);
   }
-  const options = values.map((v, i) => make("option", i === start ? { value: i, selected: "" } : { value: i }, [v], true));
-  const select = make("select", { id }, options, true);
-  select.addEventListener("change", changed);
-  return { element: make("span", { class: "choice" }, [name, select], true), get: () => Number(select.value) };
+  chosen.set = (i) => { chosen.input.value = i; chosen.show(); };
+  chosen.set(start);
+  chosen.input.addEventListener(is === "slider" ? "input" : "change", () => { chosen.touched = true; chosen.show(); changed(); });
+  return chosen;
+}
+
+/** What a drawing shows, in the address of the page: "#ID;map=azimuth sd;inclination=30". A link to it shows the same. */
+function stateOf(id) {
+  const now = new Map(), asked = new Map();
+  const [place, ...parts] = location.hash.slice(1).split(";");
+  if (place === id) for (const part of parts) {
+    const [key, ...value] = part.split("=");
+    try { asked.set(decodeURIComponent(key), decodeURIComponent(value.join("="))); } catch { /* a broken address asks for nothing */ }
+  }
+  const write = () => {
+    const words = [...now].map(([key, chosen]) => `;${encodeURIComponent(key)}=${encodeURIComponent(chosen.texts[chosen.get()])}`);
+    history.replaceState(null, "", `#${id}${words.join("")}`);
+  };
+  return {
+    /** Keeps a choice in the address under this name, and sets it to what the address asks for. */
+    kept(key, chosen) {
+      now.set(key, chosen);
+      chosen.input.addEventListener("change", write);
+      const wanted = chosen.texts.indexOf(asked.get(key));
+      asked.delete(key);
+      if (wanted >= 0) {
+        chosen.set(wanted);
+        chosen.given = true;
+      }
+      return chosen;
+    },
+    forget(keep) { for (const key of [...now.keys()]) if (!keep.includes(key)) now.delete(key); },
+  };
+}
+
+/** Gives the reader a file. */
+function download(name, data, type) {
+  const link = make("a", { href: URL.createObjectURL(new Blob([data], { type })), download: name }, [], true);
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const LOOK = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "opacity", "font-size", "font-family", "font-weight", "text-anchor", "image-rendering", "paint-order"];
+/** An SVG of the page as a file of its own: with its colours, on the paper of the page. */
+function svgText(svg) {
+  const copy = svg.cloneNode(true), from = [svg, ...svg.querySelectorAll("*")], to = [copy, ...copy.querySelectorAll("*")];
+  from.forEach((element, i) => {
+    const style = getComputedStyle(element);
+    to[i].setAttribute("style", LOOK.map((key) => `${key}:${style.getPropertyValue(key).replace(/"/g, "'")}`).join(";"));
+    to[i].removeAttribute("class");
+  });
+  const [, , width, height] = svg.getAttribute("viewBox").split(" ");
+  copy.setAttribute("width", width);
+  copy.setAttribute("height", height);
+  copy.prepend(make("rect", { width, height, fill: getComputedStyle(document.body).backgroundColor }));
+  return new XMLSerializer().serializeToString(copy);
+}
+
+/** A picture of this address, drawn twice as large as it is shown, as a canvas. */
+async function canvasOf(address, width, height) {
+  const picture = new Image(width, height);
+  picture.src = address;
+  await picture.decode();
+  const canvas = make("canvas", { width: 2 * width, height: 2 * height }, [], true), paint = canvas.getContext("2d");
+  paint.fillStyle = "#fff";
+  paint.fillRect(0, 0, canvas.width, canvas.height);
+  paint.drawImage(picture, 0, 0, canvas.width, canvas.height);
+  return canvas;
+}
+
+const cellText = (value) => {
+  const text = value === null || value === undefined ? "" : String(value);
+  return /[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+};
+
+/** "Save as PNG SVG CSV". what: { svg: () => the element, png: () => a canvas, csv: () => rows of cells }, those that there are. */
+function savers(name, what) {
+  const place = make("p", { class: "save" }, ["Save as "], true), file = `${document.body.dataset.file}-${name}`;
+  const button = (text, act) => {
+    const b = make("button", { type: "button", "aria-label": `Save ${name} as ${text}` }, [text], true);
+    b.addEventListener("click", act);
+    place.append(b, " ");
+  };
+  const png = what.png || (what.svg && (() => {
+    const svg = what.svg(), [, , width, height] = svg.getAttribute("viewBox").split(" ").map(Number);
+    return canvasOf(`data:image/svg+xml,${encodeURIComponent(svgText(svg))}`, width, height);
+  }));
+  if (png) button("PNG", async () => (await png()).toBlob((blob) => download(`${file}.png`, blob, "image/png")));
+  if (what.svg) button("SVG", () => download(`${file}.svg`, svgText(what.svg()), "image/svg+xml"));
+  if (what.csv) button("CSV", () => download(`${file}.csv`, what.csv().map((row) => row.map(cellText).join(",")).join("\n") + "\n", "text/csv"));
+  return place;
 }
 
 /** A labelled check box. */

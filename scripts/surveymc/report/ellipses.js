@@ -3,7 +3,7 @@ const LOOKS = { monte_carlo: ["c0", ""], joint: ["c1", "9 4"], toolface_dependen
   ti_systematic: ["c2", "5 3"], random: ["c3", "2 3"], ti_random: ["c3", "2 3"], predicted: ["c0", ""] };
 const MORE_LOOKS = [["c4", "12 3 2 3"], ["c5", "7 2 2 2 2 2"], ["c6", "1 2"], ["c7", "4 2"], ["c1", "3 6"], ["c2", "14 4"]];
 
-function ellipseExplorer(place, data) {
+function ellipseExplorer(place, data, state) {
   const keys = data.keys.length;
   const width = Math.max(290, Math.min(640, place.clientWidth)), height = Math.max(300, 0.73 * width);
   const box = { left: width < 500 ? 64 : 84, top: 14, width: width - (width < 500 ? 76 : 104), height: height - 68 };
@@ -12,10 +12,10 @@ function ellipseExplorer(place, data) {
   for (const f of data.formulations) looks[f] = LOOKS[f] || MORE_LOOKS[more++ % MORE_LOOKS.length];
 
   const choosers = data.keys.map((k) => k.name === "md_m"
-    ? choice("measured depth (m)", k.values, draw, k.values.length - 1) // the end of the well is what one asks for first
-    : choice(plain(k.name), k.values, draw));
-  const size = choice("size", ["1σ", "2σ", "3σ"], draw, data.rows.length ? 1 : 0);
-  const view = choice("axes", ["map, equal scales", "along and across the ellipse, own scales"], draw, needsOwnScales() ? 1 : 0);
+    ? state.kept(k.name, choice("measured depth (m)", k.values, draw, k.values.length - 1)) // the end of the well is what one asks for first
+    : state.kept(k.name, choice(plain(k.name), k.values, draw)));
+  const size = state.kept("size", choice("size", ["1σ", "2σ", "3σ"], draw, data.rows.length ? 1 : 0));
+  const view = state.kept("axes", choice("axes", ["map, equal scales", "along and across the ellipse, own scales"], draw, needsOwnScales() ? 1 : 0));
   const BESIDE = ["joint", "toolface_dependent"]; // the figures beside the drawing are along the ellipses of these
   const cloud = Object.keys(data.clouds).length ? check("realisations", true, draw) : null;
   const boxes = data.formulations.map((f) => {
@@ -25,7 +25,7 @@ function ellipseExplorer(place, data) {
     chosen.element.append(" ", sample);
     return chosen;
   });
-  const drawing = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img" });
+  const drawing = make("svg", { viewBox: `0 0 ${width} ${height}`, width, height, role: "img" });
   const words = make("div", { class: "readout", "aria-live": "polite" }, [], true);
   const controls = [...choosers, size, view, ...(cloud ? [cloud] : [])].map((c) => c.element);
   const legend = [make("legend", {}, ["Monte Carlo and propagations"], true), ...boxes.map((b) => b.element)];
@@ -106,4 +106,7 @@ function ellipseExplorer(place, data) {
   }
 
   draw();
+  const csv = () => [[...data.keys.map((k) => k.name), "formulation", "centre_north_m", "centre_east_m", "semi_major_m", "semi_minor_m", "major_azimuth_deg", "ratio_major", "ratio_minor", "verdict"],
+    ...data.rows.map((r) => [...data.keys.map((k, i) => k.values[r[i]]), data.formulations[r[keys]], ...r.slice(keys + 1)])];
+  place.append(savers(place.id, { svg: () => drawing, csv }));
 }

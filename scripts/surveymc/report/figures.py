@@ -114,16 +114,49 @@ def draw_all(tasks, jobs, progress):
     return figures
 
 
-def embedded(path):
-    """A figure for the page: (data URI, width, height in CSS pixels). path: its SVG; the PNG is beside it."""
+def sized(path):
+    """A figure's SVG, and its width and height in CSS pixels. path: its SVG."""
     svg = whole_file.read_regular(path).decode("utf-8")
-    address = as_address(svg)
+    return svg, *size_of(svg)
+
+
+def embedded(path, largest=LARGEST_SVG):
+    """A figure for the page, as data URI: the SVG, or the PNG beside it where that is smaller and the SVG has more than `largest`
+    bytes."""
+    address = _svg_address(path)
     picture = os.path.splitext(path)[0] + ".png"
-    if len(address) > LARGEST_SVG and os.path.exists(picture):
+    if len(address) > largest and os.path.exists(picture):
         address = min(address, _small_png(picture), key=len)
-    return address, *size_of(svg)
+    return address
 
 
+def picture(path):
+    """A figure for the front page: {address, width, height}."""
+    _, width, height = sized(path)
+    return {"address": embedded(path), "width": width, "height": height, "id": "", "caption": "Figure of the first finding"}
+
+
+@functools.lru_cache(512)
+def _svg_address(path):
+    return as_address(sized(path)[0])
+
+
+def thumbnail(path, width=520):
+    """A small picture of a figure: {address, width, height}, of its PNG; None where that is not there."""
+    from PIL import Image  # comes with matplotlib
+
+    name, data = os.path.splitext(path)[0] + ".png", io.BytesIO()
+    if not os.path.exists(name):
+        return None
+    with Image.open(name) as picture:
+        small = picture.convert("RGB")
+        small.thumbnail((width, width), Image.Resampling.LANCZOS)
+        small.quantize(64, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
+    return {"address": "data:image/png;base64," + base64.b64encode(data.getvalue()).decode("ascii"), "width": small.width,
+            "height": small.height}
+
+
+@functools.lru_cache(512)
 def _small_png(path):
     """A PNG as data URI, in its 256 commonest colours: a third of the size, and the eye sees no difference in a figure."""
     from PIL import Image  # comes with matplotlib

@@ -9,12 +9,13 @@ MOST = 3  # sentences at the head of the page
 
 @dataclasses.dataclass
 class Headline:
-    """One finding. rank: its place (smaller is first); sentence: plain text; result: id of its part of the page."""
+    """One finding. rank: its place (smaller is first); sentence: plain text; result: id of its part of the page; page: its file."""
 
     rank: int
     sentence: str
     result: str
     figure: str = ""
+    page: str = ""
 
 
 def sentence(result, counts):

@@ -19,14 +19,14 @@ function halves(text) {
   return found;
 }
 
-function mapExplorer(place, data) {
+function mapExplorer(place, data, state) {
   const width = Math.max(290, Math.min(640, place.clientWidth)), narrow = width < 500, left = narrow ? 54 : 74;
-  const box = { left, top: 14, width: width - left - (narrow ? 96 : 110), height: narrow ? 260 : 440 }, height = box.height + 70;
+  const box = { left, top: 32, width: width - left - (narrow ? 96 : 110), height: narrow ? 260 : 440 }, height = box.height + 88;
   const nice = (axis) => `${plain(axis.name)}${unitText(axis.unit) ? ` (${unitText(axis.unit)})` : ""}`;
-  const which = choice("map", data.maps.map((m) => plain(m.name)), remake, startMap());
-  const same = check("same colours for all points", false, draw);
+  const which = state.kept("map", choice("map", data.maps.map((m) => plain(m.name)), remake, startMap()));
+  const same = check("same colours for all points", false, draw), lines = check("contours", true, draw);
   const top = make("div", { class: "controls" }, [which.element], true), rest = make("div", { class: "controls" }, [], true);
-  const drawing = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", tabindex: 0, class: "map" });
+  const drawing = make("svg", { viewBox: `0 0 ${width} ${height}`, width, height, role: "img", tabindex: 0, class: "map" });
   const words = make("p", { class: "readout", "aria-live": "polite" }, [], true), about = make("p", { class: "small" }, [], true);
   place.append(top, rest, drawing, words, about);
   let map, values, along, across, others, cursor = null, shown = null;
@@ -43,8 +43,9 @@ function mapExplorer(place, data) {
     const longestFirst = [...long].sort((a, b) => data.axes[b].values.length - data.axes[a].values.length || b - a);
     const ranked = longestFirst.slice(0, 2).sort((a, b) => b - a);
     const names = long.map((a) => plain(data.axes[a].name));
-    across = choice("to the right", names, axesChanged, Math.max(0, long.indexOf(ranked[0])));
-    along = long.length > 1 ? choice("upwards", names, axesChanged, Math.max(0, long.indexOf(ranked[1]))) : null;
+    state.forget(["map"]);
+    across = state.kept("right", choice("to the right", names, axesChanged, Math.max(0, long.indexOf(ranked[0]))));
+    along = long.length > 1 ? state.kept("up", choice("upwards", names, axesChanged, Math.max(0, long.indexOf(ranked[1])))) : null;
     map.long = long;
     axesChanged();
   }
@@ -58,7 +59,9 @@ function mapExplorer(place, data) {
     const texts = (a) => data.axes[a].values.map((v) => (typeof v === "string" ? v : pretty(v, 6)));
     others = map.axes.filter((a) => a !== x && a !== y && data.axes[a].values.length > 1)
       .map((a) => ({ axis: a, choice: choice(nice(data.axes[a]), texts(a), draw) }));
-    const elements = [across, ...(along ? [along] : []), ...others.map((o) => o.choice), same].map((c) => c.element);
+    state.forget(["map", "right", "up"]);
+    for (const o of others) state.kept(data.axes[o.axis].name, o.choice);
+    const elements = [across, ...(along ? [along] : []), ...others.map((o) => o.choice), same, ...(map.y === null ? [] : [lines])].map((c) => c.element);
     rest.replaceChildren(...elements);
     cursor = null;
     draw();
@@ -81,6 +84,7 @@ function mapExplorer(place, data) {
     shown = { xs, ys, here };
     about.textContent = `${map.text}${data.axes.some((a) => a.step > 1) ? "; thinned for this page, the file has all points" : ""}`;
     drawing.replaceChildren(make("title", {}, [`${plain(map.name)} over ${plain(data.axes[map.x].name)}`]));
+    drawing.append(make("text", { x: box.left, y: 18, class: "label" }, [nice(map)]));
     if (map.y === null) curve(xs, here, finite);
     else image(xs, ys, here, scaleOf(finite));
     readout();
@@ -109,32 +113,101 @@ function mapExplorer(place, data) {
     return { of: (v) => (v - low) / (high - low), colours: colour(SEQUENTIAL), ticks: ticks(low, high, 6) };
   }
 
+  /** An axis; logarithmic where its values span decades. edges: of its cells, halfway between the values. */
   function axisOf(a) {
-    const v = data.axes[a].values, half = (v[v.length - 1] - v[0]) / (v.length - 1) / 2;
-    const marks = data.axes[a].unit === "deg" ? angleTicks : ticks;
-    return { low: v[0] - half, high: v[v.length - 1] + half, label: nice(data.axes[a]), ticks: marks(v[0], v[v.length - 1], width / 90) };
+    const v = data.axes[a].values, log = v[0] > 0 && v[v.length - 1] / v[0] > 30 && data.axes[a].unit !== "deg";
+    const of = log ? Math.log10 : (x) => x, back = log ? (x) => 10 ** x : (x) => x, n = v.length;
+    const between = v.slice(1).map((x, i) => back((of(x) + of(v[i])) / 2));
+    const edges = [back(2 * of(v[0]) - of(between[0])), ...between, back(2 * of(v[n - 1]) - of(between[n - 2]))];
+    const marks = log ? logTicks(edges[0], edges[n]) : (data.axes[a].unit === "deg" ? angleTicks : ticks)(v[0], v[n - 1], width / 90);
+    return { low: edges[0], high: edges[n], edges, of, back, label: nice(data.axes[a]), ticks: marks };
+  }
+
+  /** For each of `count` pixels along an axis, the number of its cell. */
+  function cellsAlong(axis, count) {
+    const low = axis.of(axis.low), step = (axis.of(axis.high) - low) / count, found = [];
+    for (let i = 0, k = 0; i < count; ++i) {
+      while (k < axis.edges.length - 2 && axis.back(low + (i + 0.5) * step) > axis.edges[k + 1]) ++k;
+      found.push(k);
+    }
+    return found;
   }
 
   function image(xs, ys, here, scale) {
-    const cell = Math.max(1, Math.ceil(360 / Math.max(xs.length, ys.length)));
-    const canvas = make("canvas", { width: xs.length * cell, height: ys.length * cell }, [], true), paint = canvas.getContext("2d");
-    const pixels = paint.createImageData(canvas.width, canvas.height);
-    for (let y = 0; y < canvas.height; ++y) for (let x = 0; x < canvas.width; ++x) {
-      const j = ys.length - 1 - Math.floor(y / cell), v = here[j * xs.length + Math.floor(x / cell)];
-      const hatched = (x + y) % 6 < 2 ? [120, 120, 120] : [214, 214, 214];
-      const rgb = Number.isFinite(v) ? scale.colours(scale.of(v)) : Number.isNaN(v) ? [255, 255, 255] : hatched;
-      pixels.data.set([...rgb, 255], 4 * (y * canvas.width + x));
+    const x = axisOf(map.x), y = axisOf(map.y), across = cellsAlong(x, 2 * box.width), down = cellsAlong(y, 2 * box.height).reverse();
+    const canvas = make("canvas", { width: across.length, height: down.length }, [], true), paint = canvas.getContext("2d");
+    const pixels = paint.createImageData(canvas.width, canvas.height), white = [255, 255, 255], hatch = [[120, 120, 120], [214, 214, 214]];
+    const colours = here.map((v) => (Number.isFinite(v) ? scale.colours(scale.of(v)) : Number.isNaN(v) ? white : null));
+    for (let j = 0, at = 0; j < down.length; ++j) for (let i = 0; i < across.length; ++i, at += 4) {
+      const rgb = colours[down[j] * xs.length + across[i]] || hatch[(i + j) % 12 < 4 ? 0 : 1];
+      pixels.data[at] = rgb[0];
+      pixels.data[at + 1] = rgb[1];
+      pixels.data[at + 2] = rgb[2];
+      pixels.data[at + 3] = 255;
     }
     paint.putImageData(pixels, 0, 0);
-    const axes = frame(box, axisOf(map.x), axisOf(map.y));
-    const whole = { x: box.left, y: box.top, width: box.width, height: box.height };
+    const axes = frame(box, x, y), whole = { x: box.left, y: box.top, width: box.width, height: box.height };
     drawing.append(make("image", { ...whole, preserveAspectRatio: "none", href: canvas.toDataURL(), class: "cells" }), axes.group);
+    if (lines.get() && xs.length > 2 && ys.length > 2) {
+      for (const level of scale.ticks) drawing.append(...contour(xs, ys, here, level, scale, axes));
+    }
     colourBar(scale, here.some((v) => Math.abs(v) === Infinity));
     if (cursor) {
-      const lines = `M${axes.px(xs[cursor[0]])} ${box.top}v${box.height}M${box.left} ${axes.py(ys[cursor[1]])}h${box.width}`;
-      drawing.append(make("path", { d: lines, class: "cursor" }));
+      const cross = `M${axes.px(xs[cursor[0]])} ${box.top}v${box.height}M${box.left} ${axes.py(ys[cursor[1]])}h${box.width}`;
+      drawing.append(make("path", { d: cross, class: "cursor" }));
     }
     shown.axes = axes;
+  }
+
+  /** The lines where a map has this value (marching squares, linear along the edges of the grid on the scale of the colours), and the
+   *  value at the longest of them. */
+  function contour(xs, ys, here, level, scale, axes) {
+    const n = xs.length, value = (i, j) => here[j * n + i], high = (i, j) => value(i, j) >= level, joins = new Map();
+    const sx = xs.map(axes.px), sy = ys.map(axes.py), spots = new Map();
+    /** The crossing on the edge from (i, j) to the right (kind 0) or up (kind 1). */
+    const crossing = (i, j, kind) => {
+      const key = 2 * (j * n + i) + kind;
+      if (!spots.has(key)) {
+        const [k, l] = kind ? [i, j + 1] : [i + 1, j], a = scale.of(value(i, j)), b = scale.of(value(k, l));
+        const t = b === a ? 0.5 : Math.min(1, Math.max(0, (scale.of(level) - a) / (b - a)));
+        spots.set(key, [sx[i] + t * (sx[k] - sx[i]), sy[j] + t * (sy[l] - sy[j])]);
+      }
+      return key;
+    };
+    const join = (a, b) => { for (const [p, q] of [[a, b], [b, a]]) joins.has(p) ? joins.get(p).push(q) : joins.set(p, [q]); };
+    for (let j = 0; j + 1 < ys.length; ++j) for (let i = 0; i + 1 < n; ++i) {
+      if (![value(i, j), value(i + 1, j), value(i, j + 1), value(i + 1, j + 1)].every(Number.isFinite)) continue;
+      const sides = [];
+      if (high(i, j) !== high(i + 1, j)) sides.push(crossing(i, j, 0));
+      if (high(i + 1, j) !== high(i + 1, j + 1)) sides.push(crossing(i + 1, j, 1));
+      if (high(i, j + 1) !== high(i + 1, j + 1)) sides.push(crossing(i, j + 1, 0));
+      if (high(i, j) !== high(i, j + 1)) sides.push(crossing(i, j, 1));
+      if (sides.length === 2) join(...sides);
+      if (sides.length === 4) { // a saddle: by the mean of its corners
+        const mean = (value(i, j) + value(i + 1, j) + value(i, j + 1) + value(i + 1, j + 1)) / 4;
+        (mean >= level) === high(i, j) ? (join(sides[0], sides[1]), join(sides[2], sides[3])) : (join(sides[0], sides[3]), join(sides[1], sides[2]));
+      }
+    }
+    const paths = [], seen = new Set();
+    const walk = (start) => {
+      const line = [];
+      for (let k = start; k !== undefined; k = joins.get(k).find((m) => !seen.has(m))) {
+        seen.add(k);
+        line.push(k);
+      }
+      if (line.length > 2 && joins.get(line[line.length - 1]).includes(start)) line.push(start);
+      paths.push(line.map((k) => spots.get(k)));
+    };
+    for (const [key, to] of joins) if (to.length === 1 && !seen.has(key)) walk(key); // open lines from their ends, then closed ones
+    for (const key of joins.keys()) if (!seen.has(key)) walk(key);
+    if (!paths.length) return [];
+    const d = paths.map((line) => line.map(([x, y], i) => `${i ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("")).join("");
+    const longest = paths.reduce((a, b) => (b.length > a.length ? b : a)), [x, y] = longest[Math.floor(longest.length / 2)];
+    const strong = /ratio/.test(map.name) && level === 1 ? " strong" : "", label = [];
+    if (longest.length > 8 && x > box.left + 20 && x < box.left + box.width - 20) {
+      label.push(make("text", { x, y: y + 4, "text-anchor": "middle", class: "level" }, [pretty(level, 3)]));
+    }
+    return [make("path", { d, class: "contour halo" }), make("path", { d, class: `contour${strong}` }), ...label];
   }
 
   function colourBar(scale, infinite) {
@@ -147,7 +220,7 @@ function mapExplorer(place, data) {
       const y = top + tall * (1 - scale.of(t));
       if (y >= top - 1 && y <= top + tall + 1) drawing.append(make("text", { x: x + 24, y: y + 4 }, [pretty(t, 3)]));
     }
-    drawing.append(make("text", { x: x - 4, y: box.top + 8, class: "label" }, [unitText(map.unit) ? `(${unitText(map.unit)})` : ""]));
+    drawing.append(make("text", { x: x - 4, y: box.top + 8, class: "label" }, [unitText(map.unit) || "(no unit)"]));
     if (!infinite) return;
     drawing.append(make("rect", { x, y: top + tall + 16, width: 18, height: 16, fill: "#b0b0b0", class: "frame" }),
       make("text", { x: x + 24, y: top + tall + 29 }, ["∞"]));
@@ -163,7 +236,7 @@ function mapExplorer(place, data) {
     const low = Math.min(...finite), high = Math.max(...finite), log = low > 0 && high / low > 30;
     const y = (v) => (log ? Math.log10(v) : v), pad = (y(high) - y(low) || Math.abs(y(low)) || 1) * 0.05;
     const limits = [y(low) - pad, y(high) + pad], x = axisOf(map.x);
-    const axes = frame({ ...box, width: wide() }, { ...x, low: xs[0], high: xs[xs.length - 1] },
+    const axes = frame({ ...box, width: wide() }, { ...x, low: xs[0], high: xs[xs.length - 1], ticks: x.ticks.filter((t) => t >= xs[0] && t <= xs[xs.length - 1]) },
       { low: limits[0], high: limits[1], label: nice(map),
         ticks: log ? logTicks(low, high).map(Math.log10) : ticks(limits[0], limits[1], 6), show: log ? (v) => pretty(10 ** v, 3) : null });
     let path = "", pen = false;
@@ -190,8 +263,10 @@ function mapExplorer(place, data) {
     const u = (((event.clientX - area.left) / area.width) * width - box.left) / breadth; // 0 ... 1 within the frame
     const v = (((event.clientY - area.top) / area.height) * height - box.top) / box.height;
     if (u < 0 || u > 1 || v < 0 || v > 1) return;
-    const x = line ? { low: shown.xs[0], high: shown.xs[shown.xs.length - 1] } : axisOf(map.x), y = line ? null : axisOf(map.y);
-    cursor = [nearest(shown.xs, x.low + u * (x.high - x.low)), line ? 0 : nearest(shown.ys, y.high - v * (y.high - y.low))];
+    const x = axisOf(map.x), y = line ? null : axisOf(map.y);
+    if (line) [x.low, x.high] = [shown.xs[0], shown.xs[shown.xs.length - 1]];
+    const at = (axis, part, list) => nearest(list.map(axis.of), axis.of(axis.low) + part * (axis.of(axis.high) - axis.of(axis.low)));
+    cursor = [at(x, u, shown.xs), line ? 0 : at(y, 1 - v, shown.ys)];
     readout();
   });
   drawing.addEventListener("keydown", (event) => {
@@ -204,4 +279,11 @@ function mapExplorer(place, data) {
     draw();
   });
   remake();
+  const csv = () => {
+    const x = data.axes[map.x], y = map.y === null ? null : data.axes[map.y];
+    const fixed = others.map((o) => [data.axes[o.axis].name, data.axes[o.axis].values[o.choice.get()]]);
+    const head = [x.name, ...(y ? [y.name] : []), ...fixed.map((f) => f[0]), map.name];
+    return [head, ...shown.ys.flatMap((b, j) => shown.xs.map((a, i) => [a, ...(y ? [b] : []), ...fixed.map((f) => f[1]), Number(shown.here[j * shown.xs.length + i].toPrecision(4))]))];
+  };
+  place.append(savers(place.id, { svg: () => drawing, csv }));
 }

@@ -82,8 +82,46 @@
     if (choice) choice.addEventListener("change", find);
   }
 
+  /** The rows in sight as CSV; a number with its interval is three cells. */
+  function cells(table) {
+    const plainNumber = (text) => text.replace(/\u202f/g, "").replace(/−/g, "-").replace(/·10(-?\d+)/, "e$1").replace("∞", "inf").replace("–", "");
+    const rows = [...table.rows].filter((r) => !r.hidden), ranged = [...table.tHead.rows[0].cells].map((_, i) => rows.some((r) => r.cells[i] && r.cells[i].querySelector(".ci")));
+    return rows.map((row) => [...row.cells].flatMap((cell, i) => {
+      if (cell.closest("thead")) return ranged[i] ? [cell.textContent, `${cell.textContent} low`, `${cell.textContent} high`] : [cell.textContent];
+      const range = cell.querySelector(".ci"), value = cell.classList.contains("n") ? plainNumber(cell.firstChild.parentNode.textContent.replace(range ? range.textContent : "", "").trim()) : cell.textContent.trim();
+      const ends = range ? plainNumber(range.textContent).replace(/[[\]]/g, "").split(", ") : ["", ""];
+      return ranged[i] ? [value, ...ends] : [value];
+    }));
+  }
+
+  // The front page: which cards are in sight, by words and by how a study came out.
+  const cards = [...document.querySelectorAll(".card")];
+  if (cards.length > SMALL) {
+    const bar = document.createElement("div"), field = document.createElement("input"), choice = document.createElement("select"), count = document.createElement("output");
+    bar.className = "find of-cards";
+    field.type = "search";
+    field.placeholder = "find studies";
+    field.setAttribute("aria-label", "Find studies");
+    choice.setAttribute("aria-label", "How they came out");
+    choice.append(new Option("all", ""), new Option("with findings", ".finding"), new Option("with rows that differ", ".differs"), new Option("with undecided rows", ".undecided"), new Option("not as expected", "strong"));
+    bar.append(field, choice, count);
+    document.querySelector(".cards").before(bar);
+    const find = () => {
+      const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+      for (const card of cards) {
+        const whole = card.textContent.toLowerCase();
+        card.hidden = !(words.every((w) => whole.includes(w)) && (!choice.value || card.querySelector(`.marks ${choice.value}`)));
+      }
+      const seen = cards.filter((c) => !c.hidden).length;
+      count.textContent = seen < cards.length ? `${seen} of ${cards.length}` : "";
+    };
+    field.addEventListener("input", find);
+    choice.addEventListener("change", find);
+  }
+
   for (const place of document.querySelectorAll(".scroll")) {
     const table = place.querySelector("table");
+    if (table && table.tHead && place.dataset.name) place.after(savers(place.dataset.name, { csv: () => cells(table) }));
     if (!table || !table.tHead || table.rows.length <= SMALL + 1) continue;
     if (!table.classList.contains("overview")) sortable(table);
     searchable(table, place);

@@ -1,9 +1,10 @@
-"""Tables of result files as HTML: comparisons with their verdicts first, long ones folded."""
+"""Tables of result files for the page: comparisons with their verdicts first, long ones folded."""
 
+import dataclasses
 import math
 
 from ..result import MAY_BE_CHANCE, VERDICTS, is_unexpected, verdict_kind
-from .text import counts_marks, escape, grouped, interval, number, unit, verdict
+from .text import grouped, interval, number, prose, unit
 
 OPEN_ROWS = 14  # a table with more is folded
 MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
@@ -86,7 +87,50 @@ def _ratio_bar(value, low, high, margin):
     low, high = (low, high) if math.isfinite(low) and math.isfinite(high) else (value, value)
     style = (f"--l:{place(low):.1f}%;--w:{place(high) - place(low):.1f}%;--v:{place(value):.1f}%;"
              f"--a:{place(1 - margin):.1f}%;--b:{place(1 + margin):.1f}%")
-    return f'<span class="ratio" aria-hidden="true" style="{style}"></span>'
+    return style
+
+
+@dataclasses.dataclass
+class Cell:
+    """kind: "verdict" (text: one of VERDICT_MARKS, or what the file says), "number", "head" (of the row), "text"; bounds: of the
+    interval; ratio: style of the small scale beside it; alarm: the verdict is not as expected."""
+
+    kind: str
+    text: str
+    unit: str = ""
+    bounds: str = ""
+    ratio: str = ""
+    alarm: bool = False
+
+
+@dataclasses.dataclass
+class Head:
+    name: str
+    unit: str
+    title: str
+    style: str
+
+
+@dataclasses.dataclass
+class Row:
+    cells: list
+    unexpected: bool
+
+
+@dataclasses.dataclass
+class Table:
+    """What the template table.html shows."""
+
+    name: str
+    caption: str
+    heads: list
+    rows: list
+    counts: dict | None
+    size: str  # "12 rows"
+    folded: bool
+    wide: bool  # too wide for paper
+    shortened: str
+    command: str  # that prints all of it
 
 
 class _Columns:
@@ -102,6 +146,7 @@ class _Columns:
         if "verdict" in self.shown:  # last, where the style keeps it in sight while the others scroll
             self.shown.remove("verdict")
             self.shown.append("verdict")
+        self.numbers = {c for c in self.shown if _is_number(frame[c])}
 
     def head(self, column):
         found = unit(self.units.get(column, ""))
@@ -109,73 +154,53 @@ class _Columns:
         for ending in ("_deg", "_m2", "_m", "_nT", "_mps2", "_h", "_z"):  # the unit stands beside the name
             if found and column.endswith(ending):
                 stem = column[: -len(ending)]
-        title = escape(self.frame.attrs["descriptions"].get(column, ""))
         names = {"monte_carlo": "Monte Carlo", "published_ratio": "published / Monte Carlo",
                  "ratio": "analytic / Monte Carlo"} if "monte_carlo" in self.frame else {}
-        name = names.get(column, stem.replace("_", " "))
-        number_class = ' class="n"' if _is_number(self.frame[column]) else ' class="v"' if column == "verdict" else ""
-        return (f'<th scope="col"{number_class} title="{title}">{escape(name)}'
-                + (f' <span class="unit">({escape(found)})</span>' if found else "") + "</th>")
+        return Head(names.get(column, stem.replace("_", " ")), found, self.frame.attrs["descriptions"].get(column, ""),
+                    "n" if column in self.numbers else "v" if column == "verdict" else "")
 
-    def cell(self, row, column):
+    def cell(self, row, column, unexpected):
         value = row[column]
         if column == "verdict":
-            wanted = row.get("expected", "")
-            together = row.get("family", "")
-            return f'<td class="v">{verdict(_kind(value, wanted, together), _unexpected(self.frame, value, wanted, together))}</td>'
-        if not _is_number(self.frame[column]):
-            if column == "quantity" and row.get("unit", "1") not in ("1", ""):
-                return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
-            tag = 'th scope="row"' if column == "quantity" else "td"
-            return f'<{tag}{" class=note" if len(str(value)) > 40 else ""}>{escape(value)}</{tag[:2]}>'
+            return Cell("verdict", _kind(value, row.get("expected", ""), row.get("family", "")), alarm=unexpected)
+        if column not in self.numbers:
+            of = row.get("unit", "1") if column == "quantity" else ""
+            return Cell("head" if column == "quantity" else "text", str(value), unit(of))
         value = value.item()
         if column not in self.intervals:
-            return f'<td class="n">{number(value)}</td>'
+            return Cell("number", number(value))
         low, high = (row[c].item() for c in self.intervals[column])
         text, bounds = interval(value, low, high)
-        bounds = f' <span class="ci">{bounds}</span>' if bounds else ""
-        bar = _ratio_bar(value, low, high, self.margin) if column == "ratio" else ""
-        return f'<td class="n">{text}{bounds}{bar}</td>'
+        return Cell("number", text, bounds=bounds, ratio=_ratio_bar(value, low, high, self.margin) if column == "ratio" else "")
 
 
 def _caption(frame, columns):
     text = frame.attrs["long_name"] or frame.attrs["name"]
-    parts = [escape(text[:1].upper() + text[1:]) + "."]
+    parts = [text[:1].upper() + text[1:] + "."]
     if columns.constant:
-        parts.append("Everywhere here: " + ", ".join(
-            f"{escape(k)} = {escape(frame[k].iloc[0])}" for k in columns.constant) + ".")
+        parts.append("Everywhere here: " + ", ".join(f"{k} = {frame[k].iloc[0]}" for k in columns.constant) + ".")
     if "trials" in frame and len(frame):
         trials, failed = frame["trials"].unique(), frame["failed"].sum() if "failed" in frame else 0
         if len(trials) == 1:
             parts.append(f"{grouped(int(trials[0]))} trials a row"
-                         + (", none failed." if not failed else ", some failed: see <code>failed</code> in the file."))
-    return " ".join(parts)
+                         + (", none failed." if not failed else ", some failed: see `failed` in the file."))
+    return prose(" ".join(parts))
 
 
 def table(frame, margin=0.0, command="", fold=False):
-    """One table as HTML, folded if it is long or `fold` is set.
+    """One table for the page, folded if it is long or `fold` is set.
 
     margin: what a ratio may differ from 1 and agree (0: not drawn); command: how to see all of it.
     """
-    name = frame.attrs["name"]
-    counts = counts_of(frame) if "verdict" in frame else None
     shown, shortened = _shortened(frame)
     columns = _Columns(shown, margin)
-    head = "".join(columns.head(c) for c in columns.shown)
+    data = [shown[c].to_numpy() for c in shown]
     rows = []
     for i in range(len(shown)):
-        row = {c: shown[c].iat[i] for c in shown}
-        unexpected = _unexpected(shown, row.get("verdict", ""), row.get("expected", ""), row.get("family", ""))
-        rows.append(f"<tr{' class=unexpected' if unexpected else ''}>" + "".join(columns.cell(row, c) for c in columns.shown)
-                    + "</tr>")
-    note = f'<p class="small">{shortened} All: <code>{escape(command)}</code></p>' if shortened else ""
-    body = (f'<div class="scroll" tabindex="0" role="region" aria-label="Table {escape(name)}"><table><caption>'
-            f'{_caption(frame, columns)}</caption><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}')
-    title = f'<code>{escape(name)}</code>'
-    marks = counts_marks(counts) if counts else ""
-    rows_text = f"{grouped(len(frame))} row{'s' if len(frame) != 1 else ''}"
-    if not fold and len(frame) <= OPEN_ROWS:
-        wide = len(columns.shown) > PAPER_COLUMNS
-        on_paper = f' <span class="paper rows">{rows_text}, too wide for paper</span> <span class="paper">{marks}</span>' if wide else ""
-        return f'<div class="table{" wide" if wide else ""}"><p class="tablename">{title}{on_paper}</p>{body}</div>'
-    return f'<details class="table"><summary>{title} <span class="rows">{rows_text}</span> {marks}</summary>{body}</details>'
+        row = {c: values[i] for c, values in zip(shown, data)}
+        unexpected = "verdict" in row and _unexpected(shown, row["verdict"], row.get("expected", ""), row.get("family", ""))
+        rows.append(Row([columns.cell(row, c, unexpected) for c in columns.shown], unexpected))
+    folded = fold or len(frame) > OPEN_ROWS
+    return Table(frame.attrs["name"], _caption(frame, columns), [columns.head(c) for c in columns.shown], rows,
+                 counts_of(frame) if "verdict" in frame else None, f"{grouped(len(frame))} row{'s' if len(frame) != 1 else ''}",
+                 folded, not folded and len(columns.shown) > PAPER_COLUMNS, shortened, command)

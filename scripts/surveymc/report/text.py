@@ -1,9 +1,11 @@
 """Words and numbers as HTML."""
 
-import html
 import math
 import re
 import shlex
+
+import markupsafe
+from markupsafe import Markup
 
 from ..streams import visible
 
@@ -14,7 +16,7 @@ UNITS = {"deg": "°", "deg2": "deg²", "mps2": "m/s²", "m/s2": "m/s²", "nT": "
 
 def escape(text):
     """A text for the page; what would move words on it, or is not UTF-8, as the terminal has it."""
-    return html.escape(visible(str(text)), quote=True)
+    return markupsafe.escape(visible(str(text)))
 
 
 def shell_word(text):
@@ -28,7 +30,7 @@ def shell_word(text):
 
 def prose(text):
     """Text of a comment as HTML: `names` in back quotes as code."""
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def slug(text):
@@ -64,18 +66,18 @@ def number(value, digits=4):
     if -4 <= size < 6:
         return _decimal(value, digits - 1 - size)
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa.replace('-', MINUS)}·10<sup>{str(int(exponent)).replace('-', MINUS)}</sup>"
+    return Markup(f"{mantissa.replace('-', MINUS)}·10<sup>{str(int(exponent)).replace('-', MINUS)}</sup>")
 
 
 def interval(value, low, high):
     """(value, interval) with the digits that the interval's width allows; the interval "" if it is not there."""
     if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)) or high <= low:
-        bounds = f"[{number(low, 3)}, {number(high, 3)}]" if not math.isnan(low) and not math.isnan(high) and high > low else ""
+        bounds = Markup(f"[{number(low, 3)}, {number(high, 3)}]") if not math.isnan(low) and not math.isnan(high) and high > low else ""
         return number(value), bounds
     width = math.floor(math.log10((high - low) / 2))
     size = max(abs(value), abs(low), abs(high))
     if size >= 1e6 or (size < 1e-4 and size > 0):
-        return number(value, 3), f"[{number(low, 3)}, {number(high, 3)}]"
+        return number(value, 3), Markup(f"[{number(low, 3)}, {number(high, 3)}]")
     decimals = max(0, 1 - width)
     return _decimal(value, decimals), f"[{_decimal(low, decimals)}, {_decimal(high, decimals)}]"
 
@@ -88,13 +90,9 @@ VERDICT_MARKS = {  # kind: class, mark, words for one and for several
     "differs": ("differs", "◆", "differs", "differ")}
 
 
-def verdict(kind, unexpected=False):
-    """A verdict as coloured mark and word."""
-    if kind not in VERDICT_MARKS:
-        return escape(kind)
-    style, mark, words, _ = VERDICT_MARKS[kind]
-    alarm = " <strong>not as expected</strong>" if unexpected else ""
-    return f'<span class="verdict {style}"><i aria-hidden="true">{mark}</i> {words}{alarm}</span>'
+def total(counts):
+    """How many rows have a verdict."""
+    return sum(counts[k] for k in VERDICT_MARKS)
 
 
 def counts_sentence(counts):
@@ -104,18 +102,3 @@ def counts_sentence(counts):
              "may be chance": ("differs, which may be chance", "differ, which may be chance"), "differs": ("differs", "differ")}
     parts = [f"{grouped(counts[k])} {w[counts[k] != 1]}" for k, w in words.items() if counts.get(k)]
     return ", ".join(parts)
-
-
-def counts_bar(counts):
-    """The verdict counts as a small bar; a text stands beside it, so it is decoration."""
-    total = sum(counts[k] for k in VERDICT_MARKS)
-    if not total:
-        return ""
-    parts = "".join(f'<span class="{VERDICT_MARKS[k][0]}" style="flex:{counts[k]}"></span>' for k in VERDICT_MARKS if counts[k])
-    return f'<span class="bar" aria-hidden="true">{parts}</span>'
-
-
-def counts_marks(counts):
-    """The verdict counts as marks with words."""
-    return " ".join(f'<span class="verdict {s}"><i aria-hidden="true">{m}</i> {grouped(counts[k])} {one if counts[k] == 1 else many}</span>'
-                    for k, (s, m, one, many) in VERDICT_MARKS.items() if counts[k])
