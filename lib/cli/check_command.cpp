@@ -11,6 +11,7 @@
 #include "cli/exit_codes.h"
 #include "cli/load_run.h"
 #include "cli/screen.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 
@@ -23,7 +24,7 @@ int check_config(const RunArguments& a) {
                     run.sample.first_reason, run.sample.invalid, run.sample.points));
   fmt::print("{}\n", printable_toml(run.config.resolved_text()));
   for (const std::string& line : remark_lines(run.config)) {
-    std::string comment = on_screen("# " + store::printable(line), STDOUT_FILENO, 4);
+    std::string comment = on_screen("# " + render::printable(line), STDOUT_FILENO, 4);
     for (std::size_t at = 0; (at = comment.find("\n ", at)) != std::string::npos;) comment[at + 1] = '#';
     fmt::print("{}\n", comment);
   }

@@ -15,7 +15,7 @@
 #include "cli/file_kind.h"
 #include "cli/python_commands.h"
 #include "config/suggest.h"
-#include "store/table.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 namespace {
@@ -336,15 +336,15 @@ std::string unknown_word(const CLI::App& app) {
   }
   if (const FileKind kind = chosen.empty() && !is_option ? kind_of_file(written) : FileKind::unknown;
       kind != FileKind::unknown)
-    return fmt::format("surveymc: {} is not expected: a command comes first, and this is {}", store::printable(written),
-                       what_to_do(written, kind));
+    return fmt::format("surveymc: {} is not expected: a command comes first, and this is {}",
+                       render::printable(written), what_to_do(written, kind));
   std::error_code error;
   const bool is_file = is_option && std::filesystem::exists(written, error);
-  const std::string hint = is_file        ? fmt::format(": the file of this name is ./{}", store::printable(written))
+  const std::string hint = is_file        ? fmt::format(": the file of this name is ./{}", render::printable(written))
                            : near.empty() ? ""
                                           : fmt::format(": did you mean {}?", near);
   return fmt::format("surveymc{}: {} is not expected{}", chosen.empty() ? "" : " " + at.get_name(),
-                     store::printable(written), hint);
+                     render::printable(written), hint);
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 #include "cli/exit_codes.h"
 #include "cli/print_result.h"
 #include "cli/screen.h"
-#include "store/json.h"
+#include "render/json.h"
+#include "render/table_text.h"
 #include "sweep/difference.h"
 
 namespace surveymc::cli {
@@ -60,16 +61,16 @@ int diff_results(const DiffArguments& a) {
     if (a.csv)
       print_csv(all);
     else
-      fmt::print("{}\n", store::to_json(all));
+      fmt::print("{}\n", render::to_json(all));
     return d.any() ? kUnexpected : kDone;
   }
   print_keys_that_differ(first, second);
   const store::Table found = sweep::difference_table(d, false);
   if (found.rows() > 0) {
-    store::TableFormat format = screen_format();
+    render::TableFormat format = screen_format();
     constexpr std::size_t kReadableRows = 60;
     format.most_rows = kReadableRows;
-    fmt::print("{}\n", store::format_table(found, format));
+    fmt::print("{}\n", render::format_table(found, format));
   }
   std::size_t equal = 0, chance = 0, few = 0, verdicts = 0, differing = 0;
   for (const sweep::DifferenceRow& r : d.rows) {

@@ -17,8 +17,8 @@
 #include "checkpoint/journal.h"
 #include "checkpoint/part_file.h"
 #include "cli/exit_codes.h"
+#include "render/text.h"
 #include "store/result_file.h"
-#include "store/table.h"
 
 namespace surveymc::cli {
 namespace {
@@ -159,7 +159,7 @@ std::string experiment_of_config(const std::string& path) {
 std::string what_to_do(const std::string& path, FileKind kind) {
   if (kind == FileKind::unknown) return "";
   std::string out = fmt::format("{}; commands for it:", noun_of(kind));
-  for (const std::string& command : commands_for(path, kind)) out += "\n  surveymc " + store::printable(command);
+  for (const std::string& command : commands_for(path, kind)) out += "\n  surveymc " + render::printable(command);
   return out;
 }
 
@@ -167,12 +167,12 @@ void refuse_other_kind(const std::string& command, const std::string& path, File
   const FileKind kind = kind_of_file(path);
   std::error_code error;
   if (fs::is_regular_file(path, error) && fs::file_size(path, error) == 0) {
-    const std::string text = fmt::format("{}: is empty: must be {}", store::printable(path), noun_of(wanted));
+    const std::string text = fmt::format("{}: is empty: must be {}", render::printable(path), noun_of(wanted));
     if (wanted == FileKind::config || wanted == FileKind::error_models) throw InputError(text);
     throw IoError(text);
   }
   require_usage(kind == FileKind::unknown || kind == wanted, "{} {}: must be {}, but this is {}", command,
-                store::printable(path), noun_of(wanted), what_to_do(path, kind));
+                render::printable(path), noun_of(wanted), what_to_do(path, kind));
 }
 
 }  // namespace surveymc::cli

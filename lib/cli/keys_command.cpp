@@ -10,6 +10,7 @@
 #include "cli/file_kind.h"
 #include "cli/screen.h"
 #include "config/suggest.h"
+#include "render/text.h"
 #include "sweep/config_keys.h"
 
 namespace surveymc::cli {
@@ -29,7 +30,7 @@ std::string as_text(const store::Table& table, std::size_t width) {
     if (const std::string rule = word("rule"); !rule.empty()) text += "; " + rule;
     if (const std::string example = word("example"); !example.empty()) text += "; such as " + example;
     out += word("key") + "\n";
-    for (const std::string& below : {word("meaning"), text}) out += store::folded("    " + below, width, 6) + "\n";
+    for (const std::string& below : {word("meaning"), text}) out += render::folded("    " + below, width, 6) + "\n";
   }
   return out;
 }
@@ -49,10 +50,10 @@ const study::Experiment& experiment_named(const std::vector<study::Experiment>& 
   if (const std::string own = experiment_of_config(name); !own.empty())
     throw UsageError(
         fmt::format("{0} {1}: must be the name of an experiment, but this is a config of one:\n  surveymc {0} {2}",
-                    command, store::printable(name), store::printable(own)));
+                    command, render::printable(name), render::printable(own)));
   const std::string near = config::nearest(name, known);
   throw UsageError(fmt::format(
-      "{} {}: no experiment has this name: {}", command, store::printable(name),
+      "{} {}: no experiment has this name: {}", command, render::printable(name),
       near.empty() ? fmt::format("there are {}", fmt::join(known, ", ")) : fmt::format("did you mean {}?", near)));
 }
 

@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "cli/screen.h"
-#include "store/table.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 namespace {
@@ -25,7 +25,7 @@ void print(Level level, const std::string& text) {
   // On a terminal, further lines stand behind the time.
   const std::string lines =
       width == 0 ? printable_lines(text)
-                 : store::folded(std::string(kTime, ' ') + printable_lines(text), width, kTime).substr(kTime);
+                 : render::folded(std::string(kTime, ' ') + printable_lines(text), width, kTime).substr(kTime);
   std::fputs((time + lines + "\n").c_str(), stderr);  // a log that cannot be written (a full disk) does not end a run
 }
 

@@ -15,7 +15,7 @@
 
 #include "base/error.h"
 #include "base/small_letters.h"
-#include "store/table.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 namespace {
@@ -79,7 +79,7 @@ std::string fault_of_input_name(const std::string& name) {
   // Of surveys, readings and tables, error models, geomagnetic models.
   constexpr std::array<std::string_view, 10> kEndings{".csv",  ".txt",  ".dat", ".tsv",  ".las",
                                                       ".xlsx", ".xlsm", ".xml", ".toml", ".cof"};
-  if (name.find('\\') != std::string::npos || store::printable(name) != name)
+  if (name.find('\\') != std::string::npos || render::printable(name) != name)
     return "its name has characters that no name of an input has";
   if (fs::path(name).is_absolute()) return "its name is absolute";
   for (const fs::path& part : fs::path(name))

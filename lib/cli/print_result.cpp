@@ -13,7 +13,9 @@
 #include "compare/answer.h"
 #include "compare/comparison.h"
 #include "compare/warnings.h"
-#include "store/json.h"
+#include "render/json.h"
+#include "render/table_text.h"
+#include "render/text.h"
 #include "study/point_failure.h"
 
 namespace surveymc::cli {
@@ -28,7 +30,7 @@ void print_warning_rows(const store::Table& t, const std::string& path, bool qui
   for (const compare::Warning& w : compare::warnings_of(t)) {
     if (quiet && w.severity == "info") continue;
     if (printed < kMost) {
-      warn(store::printable(compare::in_words(w)), quiet);
+      warn(render::printable(compare::in_words(w)), quiet);
       ++printed;
     } else {
       ++left_out;
@@ -43,7 +45,7 @@ void print_failed_points(const store::Table& t, bool quiet) {
   const store::Table first = store::rows_of(t, 0, 1);  // a long table waits on the disk
   const auto& reason = std::get<std::vector<std::string>>(first.column("reason").values);
   warn(fmt::format("warning: {} of the sweep could not be run: see {}; the first: {}", counted(t.rows(), "point"),
-                   t.name, store::printable(reason.front())),
+                   t.name, render::printable(reason.front())),
        quiet);
 }
 
@@ -55,7 +57,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
     if (t.rows() == 0 || t.name == compare::kWarningsTable || t.name == compare::kAnswerTable) continue;
     const std::string text = t.rows() > kReadableRows || t.columns.size() > kReadableColumns
                                  ? ""
-                                 : store::format_table(feet ? in_feet(t) : t, screen_format());
+                                 : render::format_table(feet ? in_feet(t) : t, screen_format());
     if (text.empty() || std::count(text.begin(), text.end(), '\n') > std::ptrdiff_t{kReadableLines})
       left_out += (left_out.empty() ? "" : ", ") + t.name;
     else
@@ -107,7 +109,7 @@ std::string summary_json(const store::Result& r, const std::string& path) {
   const VerdictCounts v = count_verdicts(r.tables);
   std::string answer;
   for (const std::string& sentence : answer_of(r))
-    answer += (answer.empty() ? "" : ", ") + store::json_string(sentence);
+    answer += (answer.empty() ? "" : ", ") + render::json_string(sentence);
   return fmt::format(
       "\"file\": {}, \"title\": {}, \"experiment\": {}, \"seed\": {}, \"trials\": {},\n"
       "\"surveymc_version\": {}, \"git_revision\": {}, \"compiler\": {}, \"command\": {},\n"
@@ -115,11 +117,11 @@ std::string summary_json(const store::Result& r, const std::string& path) {
       "\"run\": {{\"created\": {}, \"host\": {}, \"elapsed_s\": {}, \"threads\": {}, \"ranks\": {}}},\n"
       "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}, "
       "\"findings\": {}}},\n\"answer\": [{}]",
-      store::json_string(path), store::json_string(p.title), store::json_string(p.experiment), p.seed, p.trials,
-      store::json_string(p.surveymc_version), store::json_string(p.git_revision), store::json_string(p.compiler),
-      store::json_string(p.command), store::json_string(p.config_hash),
-      store::json_string(store::stored_content_hash(path)), store::json_string(r.run.created),
-      store::json_string(r.run.host), store::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
+      render::json_string(path), render::json_string(p.title), render::json_string(p.experiment), p.seed, p.trials,
+      render::json_string(p.surveymc_version), render::json_string(p.git_revision), render::json_string(p.compiler),
+      render::json_string(p.command), render::json_string(p.config_hash),
+      render::json_string(store::stored_content_hash(path)), render::json_string(r.run.created),
+      render::json_string(r.run.host), render::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
       v.differs - v.findings, v.undecided, v.unexpected, v.findings, answer);
 }
 
@@ -127,7 +129,7 @@ int print_findings(const RunArguments& a, const store::Result& result, const std
   if (a.json) {
     fmt::print("{{{}", summary_json(result, path));
     for (const store::Table& t : result.tables)
-      if (t.name == compare::kWarningsTable) fmt::print(",\n\"warnings\": {}", store::to_json(t));
+      if (t.name == compare::kWarningsTable) fmt::print(",\n\"warnings\": {}", render::to_json(t));
     fmt::print("}}\n");
     return report_verdicts(result, a.check, true);
   }

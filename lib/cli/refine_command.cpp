@@ -14,6 +14,7 @@
 #include "cli/print_result.h"
 #include "cli/screen.h"
 #include "cli/signals.h"
+#include "render/csv.h"
 #include "store/atomic_file.h"
 #include "sweep/refine.h"
 
@@ -31,7 +32,7 @@ sweep::Round round_of(const std::string& file) {
 std::string csv_of(const config::InputTable& t) {
   store::Table table{t.path, ""};
   for (std::size_t c = 0; c < t.names.size(); ++c) table.columns.push_back({t.names[c], "", "", t.columns[c]});
-  return store::to_csv(table);
+  return render::to_csv(table);
 }
 
 /// Adds the files that the config names and that the next config would not find, from the result.

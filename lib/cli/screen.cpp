@@ -1,4 +1,6 @@
 #include "cli/screen.h"
+#include "render/csv.h"
+#include "render/text.h"
 
 #include <algorithm>
 #include <charconv>
@@ -10,8 +12,6 @@
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
-
-#include "store/stored_form.h"
 
 namespace surveymc::cli {
 namespace {
@@ -51,7 +51,7 @@ std::size_t screen_width(int descriptor) {
   return std::max<std::size_t>(kNarrowestScreen, size.ws_col);
 }
 
-store::TableFormat screen_format() {
+render::TableFormat screen_format() {
   const std::size_t width = screen_width(STDOUT_FILENO);
   if (width == 0) return {.split = true};
   return {.width = width, .split = true, .fold = true};
@@ -59,14 +59,14 @@ store::TableFormat screen_format() {
 
 std::string on_screen(const std::string& text, int descriptor, std::size_t indent) {
   const std::size_t width = screen_width(descriptor);
-  return width == 0 ? text : store::folded(text, width, indent);
+  return width == 0 ? text : render::folded(text, width, indent);
 }
 
 std::string counted(std::size_t n, const char* word) { return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s"); }
 
-std::string printable_lines(const std::string& text) { return each_line(text, store::printable); }
+std::string printable_lines(const std::string& text) { return each_line(text, render::printable); }
 
-std::string printable_toml(const std::string& text) { return each_line(text, store::escaped_controls); }
+std::string printable_toml(const std::string& text) { return each_line(text, render::escaped_controls); }
 
 void print_lines(const std::string& text) { fmt::print("{}", printable_lines(text)); }
 
@@ -77,7 +77,7 @@ void print_csv(const store::Table& table, bool with_header) {
       if (auto* texts = std::get_if<std::vector<std::string>>(&c.values))
         for (std::string& text : *texts) text = no_formula(text);
     }
-    const std::string text = store::to_csv(piece);
+    const std::string text = render::to_csv(piece);
     fmt::print("{}", with_header ? text : text.substr(text.find('\n') + 1));
     with_header = false;
   };

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 
+#include "render/table_text.h"
 #include "store/table.h"
 
 namespace surveymc::cli {
@@ -13,7 +14,7 @@ inline constexpr std::size_t kNarrowestScreen = 40;
 std::size_t screen_width(int descriptor);
 
 /// Tables as wide as the terminal on stdout; elsewhere up to 160 letters.
-store::TableFormat screen_format();
+render::TableFormat screen_format();
 
 /// `text` folded at the width of the terminal behind `descriptor`, with `indent` blanks before further lines; as it is
 /// where there is none.
@@ -22,7 +23,7 @@ std::string on_screen(const std::string& text, int descriptor, std::size_t inden
 /// "1 row", "2 rows".
 std::string counted(std::size_t n, const char* word);
 
-/// store::printable() of every line: messages.
+/// render::printable() of every line: messages.
 std::string printable_lines(const std::string& text);
 
 /// TOML with escapes for characters that would act on the terminal: it reads back to the same values.

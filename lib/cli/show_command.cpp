@@ -18,7 +18,9 @@
 #include "cli/verdict_counts.h"
 #include "compare/warnings.h"
 #include "config/suggest.h"
-#include "store/json.h"
+#include "render/json.h"
+#include "render/table_text.h"
+#include "render/text.h"
 #include "store/result_file.h"
 
 namespace surveymc::cli {
@@ -27,8 +29,8 @@ namespace {
 constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
 /// As wide as the reader's screen, if there is one, and as long as one can read.
-store::TableFormat readable_format(const ShowArguments& a) {
-  store::TableFormat format = screen_format();
+render::TableFormat readable_format(const ShowArguments& a) {
+  render::TableFormat format = screen_format();
   constexpr std::size_t kReadableRows = 40;
   format.most_rows = kReadableRows;
   if (a.rows) format.most_rows = *a.rows == 0 ? kNoLimit : static_cast<std::size_t>(*a.rows);
@@ -41,11 +43,11 @@ store::Table in_units(const ShowArguments& a, const store::Table& table) {
 
 /// Text for the screen; of a table that is not held only the rows that are shown are read.
 std::string formatted(const ShowArguments& a, const store::Table& table) {
-  store::TableFormat format = readable_format(a);
+  render::TableFormat format = readable_format(a);
   const std::size_t shown = std::min(format.most_rows, table.rows());
   if (!table.is_held()) format.left_out = table.rows() - shown;
   std::string text =
-      store::format_table(in_units(a, table.is_held() ? table : store::first_and_last(table, shown)), format);
+      render::format_table(in_units(a, table.is_held() ? table : render::first_and_last(table, shown)), format);
   if (!a.rows && shown < table.rows())
     text += on_screen("(--rows 0 prints all rows, --csv exports them)", STDOUT_FILENO) + "\n";
   return text;
@@ -95,7 +97,7 @@ store::Table list_of(const store::Result& r) {
 void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
   const auto say = [](const std::string& text) {
-    fmt::print("{}\n", on_screen(store::printable(text), STDOUT_FILENO));
+    fmt::print("{}\n", on_screen(render::printable(text), STDOUT_FILENO));
   };
   say(p.title);
   const bool may_stop = ("\n" + p.config).find("\n[stop]") != std::string::npos;
@@ -120,13 +122,13 @@ std::string shortened(const std::string& text, std::size_t most) {
 std::string stacked(const store::Table& list, std::size_t screen) {
   std::string out;
   const auto text = [&](const char* column, std::size_t row) {
-    return store::printable(std::get<std::vector<std::string>>(list.column(column).values)[row]);
+    return render::printable(std::get<std::vector<std::string>>(list.column(column).values)[row]);
   };
   for (std::size_t row = 0; row < list.rows(); ++row) {
     std::string head;
     for (const char* column : {"kind", "name", "size", "unit", "verdicts"})
       if (const std::string own = text(column, row); !own.empty()) head += (head.empty() ? "" : "  ") + own;
-    out += store::folded(head, screen, 4) + "\n" + store::folded("    " + text("title", row), screen, 4) + "\n";
+    out += render::folded(head, screen, 4) + "\n" + render::folded("    " + text("title", row), screen, 4) + "\n";
   }
   return out;
 }
@@ -144,7 +146,7 @@ void print_list(const ShowArguments& a, const store::Result& r) {
     say(fmt::format("{}: surveymc show {} {}", counted(warnings, "warning"), shell_word(a.file),
                     compare::kWarningsTable));
   store::Table list = list_of(r);
-  store::TableFormat format = readable_format(a);
+  render::TableFormat format = readable_format(a);
   const std::size_t screen = format.fold ? format.width : kNoLimit;
   auto& titles = std::get<std::vector<std::string>>(list.columns.back().values);
   const std::vector<std::string> whole = titles;
@@ -152,19 +154,19 @@ void print_list(const ShowArguments& a, const store::Result& r) {
   format.width = format.most_rows = kNoLimit;
   format.fold = false;
   constexpr std::size_t kGap = 2, kLeastTitle = 20;
-  const std::size_t taken = store::longest_line(store::format_table(list, format)) + kGap;
+  const std::size_t taken = render::longest_line(render::format_table(list, format)) + kGap;
   std::string text;
   if (taken + kLeastTitle > screen) {
     titles = whole;
     text = stacked(list, screen);
   } else {
     for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], screen - taken);
-    text = store::format_table(list, format);
+    text = render::format_table(list, format);
     text = text.substr(text.find('\n') + 1);
   }
   fmt::print("\n{}\n{}\n", text,
-             on_screen(store::printable(fmt::format("surveymc show {} NAME prints one of them; --csv and --json export",
-                                                    shell_word(a.file))),
+             on_screen(render::printable(fmt::format(
+                           "surveymc show {} NAME prints one of them; --csv and --json export", shell_word(a.file))),
                        STDOUT_FILENO));
 }
 
@@ -173,7 +175,7 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   const auto print_tables = [&](const char* key, const std::vector<store::Table>& tables) {
     fmt::print(",\n\"{}\": [", key);
     for (const store::Table& t : tables)
-      fmt::print("{}\n", &t == &tables.front() ? "" : ","), store::to_json(t, !a.list, print_text);
+      fmt::print("{}\n", &t == &tables.front() ? "" : ","), render::to_json(t, !a.list, print_text);
     fmt::print("]");
   };
   print_tables("tables", r.tables);
@@ -181,7 +183,7 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   fmt::print(",\n\"maps\": [");
   const std::vector<store::MapSource> maps = store::maps_of(r);
   for (const store::MapSource& m : maps) {
-    fmt::print("{}\n{{{}}}", &m == &maps.front() ? "" : ",", store::map_members_json(*m.map));
+    fmt::print("{}\n{{{}}}", &m == &maps.front() ? "" : ",", render::map_members_json(*m.map));
   }
   fmt::print("]}}\n");
 }
@@ -190,7 +192,7 @@ void print_table(const ShowArguments& a, const store::Table& t) {
   if (a.csv)
     print_csv(t);
   else if (a.json)
-    store::to_json(t, true, print_text), print_text("\n");
+    render::to_json(t, true, print_text), print_text("\n");
   else
     print_text(formatted(a, t));
 }

@@ -9,7 +9,8 @@
 
 #include "base/units.h"
 #include "cli/screen.h"
-#include "store/json.h"
+#include "render/json.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 namespace {
@@ -36,7 +37,7 @@ std::vector<std::size_t> indices(const store::Map& map, std::size_t at) {
 }
 
 std::string coordinate(const store::Axis& axis, std::size_t i) {
-  if (const auto* words = std::get_if<std::vector<std::string>>(&axis.values)) return store::printable((*words)[i]);
+  if (const auto* words = std::get_if<std::vector<std::string>>(&axis.values)) return render::printable((*words)[i]);
   return fmt::format("{:g}", std::get<std::vector<double>>(axis.values)[i]);
 }
 
@@ -44,18 +45,18 @@ std::string place(const store::Map& map, std::size_t at) {
   const std::vector<std::size_t> index = indices(map, at);
   std::string out;
   for (std::size_t i = 0; i < index.size(); ++i)
-    out += fmt::format("{}{} = {}", i > 0 ? ", " : "", store::printable(map.axes[i].name),
+    out += fmt::format("{}{} = {}", i > 0 ? ", " : "", render::printable(map.axes[i].name),
                        coordinate(map.axes[i], index[i]));
   return out;
 }
 
 std::string unit_text(const std::string& unit) {
-  return unit.empty() || unit == "1" ? "" : fmt::format(" [{}]", store::printable(unit));
+  return unit.empty() || unit == "1" ? "" : fmt::format(" [{}]", render::printable(unit));
 }
 
 std::string axis_text(const store::Axis& axis) {
   const std::size_t n = length(axis);
-  std::string out = fmt::format("  {}{}: {}", store::printable(axis.name), unit_text(axis.unit), counted(n, "value"));
+  std::string out = fmt::format("  {}{}: {}", render::printable(axis.name), unit_text(axis.unit), counted(n, "value"));
   constexpr std::size_t kListed = 8;
   if (n > kListed) return out + fmt::format(", {} .. {}", coordinate(axis, 0), coordinate(axis, n - 1));
   for (std::size_t i = 0; i < n; ++i) out += (i > 0 ? ", " : ": ") + coordinate(axis, i);
@@ -112,7 +113,7 @@ std::string shape_text(const store::Map& map) {
 
 void print_map(const store::MapSource& source) {
   const store::Map& m = *source.map;
-  fmt::print("{}{}: {}\n", store::printable(m.name), unit_text(m.unit), store::printable(m.long_name));
+  fmt::print("{}{}: {}\n", render::printable(m.name), unit_text(m.unit), render::printable(m.long_name));
   for (const store::Axis& a : m.axes) fmt::print("{}\n", axis_text(a));
   const Range r = range_of(source);
   if (r.finite > 0)
@@ -128,10 +129,10 @@ void print_map_csv(const store::MapSource& source) {
 }
 
 void print_map_json(const store::MapSource& source) {
-  fmt::print("{{{}, \"values\": [", store::map_members_json(*source.map));
+  fmt::print("{{{}, \"values\": [", render::map_members_json(*source.map));
   for_each_piece(source, [&](std::size_t first, const std::vector<double>& values) {
     std::string text;
-    for (std::size_t i = 0; i < values.size(); ++i) text += (first + i > 0 ? "," : "") + store::json_number(values[i]);
+    for (std::size_t i = 0; i < values.size(); ++i) text += (first + i > 0 ? "," : "") + render::json_number(values[i]);
     fmt::print("{}", text);
   });
   fmt::print("]}}");

@@ -24,6 +24,7 @@
 #include "cli/screen.h"
 #include "cli/signals.h"
 #include "cli/sweep_status.h"
+#include "render/text.h"
 #include "store/atomic_file.h"
 
 namespace surveymc::cli {
@@ -246,7 +247,7 @@ int show_looks(Source&& source, const StatusArguments& s) {
     if (!s.page.empty()) write_page(s.page, status_page(look.runs, goes_on ? s.every_s : 0));
     if (isatty(STDOUT_FILENO) && s.watch) fmt::print("\033[H\033[2J");
     if (look.lines != before)
-      for (const std::string& line : look.lines) say(store::printable(line));
+      for (const std::string& line : look.lines) say(render::printable(line));
     std::fflush(stdout);
     before = std::move(look.lines);
     if (!goes_on || !wait_for(s.every_s)) return kDone;

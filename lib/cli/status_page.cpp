@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cli/sweep_status.h"
+#include "render/text.h"
 
 namespace surveymc::cli {
 namespace {
@@ -14,7 +15,7 @@ constexpr std::uint64_t kMostCells = 5000;  // points that get a square of their
 
 std::string escaped(const std::string& text) {
   std::string out;
-  for (const char c : store::printable(text)) {
+  for (const char c : render::printable(text)) {
     if (c == '&')
       out += "&amp;";
     else if (c == '<')

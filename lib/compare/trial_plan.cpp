@@ -7,7 +7,7 @@
 #include "config/meanings.h"
 #include "config/suggest.h"
 #include "montecarlo/run_blocks.h"
-#include "store/table.h"
+#include "render/text.h"
 
 namespace surveymc::compare {
 
@@ -53,7 +53,7 @@ std::vector<Row> read_decisive_rows(config::ConfigReader& c, const std::vector<R
     if (rows.size() == before)
       c.fail("stop.verdict",
              fmt::format("\"{}\" is no row with a margin that trials can decide: must be of {}{}",
-                         store::printable(name), fmt::join(known, ", "), config::suggestion(name, all)));
+                         render::printable(name), fmt::join(known, ", "), config::suggestion(name, all)));
   }
   return rows;
 }

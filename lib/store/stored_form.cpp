@@ -73,35 +73,6 @@ std::string canonical_text(const std::string& text) {
   return out;
 }
 
-std::size_t control_length(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) {
-    return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : static_cast<unsigned char>(0);
-  };
-  const unsigned char a = byte(0), b = byte(1), c = byte(2);
-  if (a < 0x20 || a == 0x7F) return 1;
-  if (a == 0xC2 && b >= 0x80 && b < 0xA0) return 2;  // U+0080 to U+009F
-  if (a == 0xD8 && b == 0x9C) return 2;              // U+061C, Arabic letter mark
-  if (a != 0xE2) return 0;
-  const bool turns = (b == 0x80 && (c == 0x8E || c == 0x8F || (c >= 0xA8 && c <= 0xAE))) ||  // U+200E, U+2028 to U+202E
-                     (b == 0x81 && c >= 0xA6 && c <= 0xA9);                                  // U+2066 to U+2069
-  return turns ? 3 : 0;
-}
-
-std::string escaped_controls(const std::string& text) {
-  std::string out;
-  out.reserve(text.size());
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = control_length(text, at);
-    const auto bits = [&](std::size_t i, unsigned mask) { return static_cast<unsigned char>(text[at + i]) & mask; };
-    if (length == 0) out += text[at];
-    if (length == 1) out += fmt::format("\\u{:04x}", bits(0, 0x7F));
-    if (length == 2) out += fmt::format("\\u{:04x}", bits(0, 0x1F) << 6 | bits(1, 0x3F));
-    if (length == 3) out += fmt::format("\\u{:04x}", bits(0, 0x0F) << 12 | bits(1, 0x3F) << 6 | bits(2, 0x3F));
-    at += std::max<std::size_t>(length, 1);
-  }
-  return out;
-}
-
 std::string link_name(const std::string& name, std::set<std::string>& taken) {
   std::string link = canonical_text(name);
   for (char& c : link) {

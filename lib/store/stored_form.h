@@ -34,12 +34,6 @@ void in_canonical_pieces(std::span<const double> values, const std::function<voi
 /// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
 /// So does NUL, which would end a string in HDF5.
 std::string canonical_text(const std::string& text);
-/// Bytes of the character at `at` of UTF-8 text, if it does not show itself but changes how others are shown: control
-/// characters (to U+009F), ends of lines (U+2028, U+2029), and the marks and embeddings of the direction of writing.
-/// Else 0.
-std::size_t control_length(const std::string& text, std::size_t at);
-/// UTF-8 text with backslash, u and four digits for each such character: the same text inside a string of JSON or TOML.
-std::string escaped_controls(const std::string& text);
 /// True if canonical_text() does not change it.
 bool is_canonical(const std::string& text);
 

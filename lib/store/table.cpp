@@ -1,64 +1,15 @@
 #include "store/table.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <charconv>
-#include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "base/units.h"
 #include "store/row_spool.h"
-#include "store/stored_form.h"
 
 namespace surveymc::store {
-namespace {
-
-std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
-std::string csv_cell(const Column& column, std::size_t row) {
-  if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values)) return csv_text((*texts)[row]);
-  if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
-    return fmt::format("{}", (*integers)[row]);
-  }
-  const double x = std::get<std::vector<double>>(column.values)[row];
-  if (std::isnan(x)) return "";
-  std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), x).ptr;
-  return std::string(buffer.data(), end);
-}
-
-}  // namespace
-
-/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal, and a
-/// mark that turns the direction of writing would show another text than the one that is there.
-std::string printable(std::string text) {
-  if (std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7F; })) return text;
-  text = canonical_text(text);  // a byte that is no UTF-8 may be an escape sequence, too
-  std::string out;
-  out.reserve(text.size());
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = control_length(text, at);
-    if (length == 0)
-      out += text[at];
-    else
-      out += ' ';
-    at += std::max<std::size_t>(length, 1);
-  }
-  return out;
-}
 
 std::size_t Column::size() const {
   return (on_disk ? on_disk->size() : 0) + std::visit([](const auto& v) { return v.size(); }, values);
@@ -133,13 +84,6 @@ Table rows_of(const Table& table, std::size_t first, std::size_t count) {
   return part;
 }
 
-Table first_and_last(const Table& table, std::size_t count) {
-  const std::size_t rows = table.rows(), last = std::min(count, rows) / 2, first = std::min(count, rows) - last;
-  Table shown = rows_of(table, 0, first);
-  append_rows(shown, rows_of(table, rows - last, last));
-  return shown;
-}
-
 void for_each_piece(const Table& table, const std::function<void(const Table& piece, std::size_t first)>& visit) {
   if (table.is_held()) return visit(table, 0);
   const std::size_t rows = table.rows();
@@ -169,35 +113,6 @@ void append_rows(Table& table, Table more) {
     Table own = piece;
     append(own);
   });
-}
-
-void to_csv(const Table& table, const std::function<void(const std::string& lines)>& write) {
-  if (table.columns.empty()) return;
-  const auto add_line = [](const Table& t, std::string& out, const auto& text_of) {
-    std::string csv_line;
-    for (const Column& c : t.columns) {
-      if (&c != &t.columns.front()) csv_line += ',';
-      csv_line += text_of(c);
-    }
-    if (csv_line.empty()) csv_line = "\"\"";  // one column, no value: readers skip an empty line
-    out += csv_line + '\n';
-  };
-  std::string out;
-  add_line(table, out, [](const Column& c) { return csv_text(c.name); });
-  for_each_piece(table, [&](const Table& piece, std::size_t) {
-    for (std::size_t i = 0; i < piece.rows(); ++i) {
-      add_line(piece, out, [i](const Column& c) { return csv_cell(c, i); });
-      constexpr std::size_t kLongText = std::size_t{1} << 20;
-      if (out.size() > kLongText) write(std::exchange(out, {}));
-    }
-  });
-  write(out);
-}
-
-std::string to_csv(const Table& table) {
-  std::string all;
-  to_csv(table, [&](const std::string& lines) { all += lines; });
-  return all;
 }
 
 }  // namespace surveymc::store

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -98,9 +97,6 @@ Values values_of(const Column& column, std::size_t first, std::size_t count);
 /// Rows first .. first + count - 1 as a table that is held.
 Table rows_of(const Table& table, std::size_t first, std::size_t count);
 
-/// The first and the last `count` rows together, as a table that is held.
-Table first_and_last(const Table& table, std::size_t count);
-
 /// Calls visit(piece, first) for all rows, in order; every piece is held, and begins with row `first`. A table that is
 /// held is one piece.
 void for_each_piece(const Table& table, const std::function<void(const Table& piece, std::size_t first)>& visit);
@@ -115,40 +111,5 @@ inline constexpr const char* kEither = "either";
 
 /// Long name of the first columns of a table, and axes of a map, that are the keys of a sweep.
 inline constexpr const char* kSweepKey = "sweep key";
-
-/// Text that is safe on a terminal and in a row: control characters become spaces.
-std::string printable(std::string text);
-
-/// How format_table() lays a table out.
-struct TableFormat {
-  std::size_t width = 160;  ///< letters in a line, if the table can be made as narrow
-  bool split = false;       ///< columns that do not fit go to blocks below, which repeat the columns that name the row
-  bool fold = false;        ///< title and notes are folded at the width
-  std::size_t most_rows =
-      std::numeric_limits<std::size_t>::max();  ///< the first and the last so many, if there are more
-  std::size_t left_out = 0;                     ///< rows that are missing behind the first half: first_and_last()
-};
-
-/// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
-/// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "interval"
-/// behind x; `verdict` and `expected` stand behind the columns that name the row, and a verdict that is not the
-/// `expected` one is marked "(!)". If the rows get too wide, counts and margins that are the same in all rows go to a
-/// line of their own and sentences become footnotes, but for those that name the row. In a split table, names that take
-/// more than half of the width stand in lines of their own above the rows that have them.
-/// The table must be held.
-std::string format_table(const Table& table, const TableFormat& format = {});
-
-/// `text` in lines of at most `widest` letters, broken at blanks; lines after the first begin with `indent` blanks. A
-/// word that is longer stays whole.
-std::string folded(const std::string& text, std::size_t widest, std::size_t indent = 0);
-
-/// Length of the longest line of a text, in bytes.
-std::size_t longest_line(const std::string& text);
-
-/// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
-/// to the same bits, NaN as an empty cell.
-std::string to_csv(const Table& table);
-/// The same in pieces of some thousand lines.
-void to_csv(const Table& table, const std::function<void(const std::string& lines)>& write);
 
 }  // namespace surveymc::store

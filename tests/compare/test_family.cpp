@@ -11,6 +11,7 @@
 #include "compare/comparison.h"
 #include "compare/family.h"
 #include "project_files.h"
+#include "render/csv.h"
 #include "store/row_spool.h"
 
 using namespace surveymc;
@@ -212,8 +213,8 @@ TEST_CASE("A family takes in rows that wait on the disk") {
   store::append_rows(held[0], comparison_table("a", "", {row_of(1.2, 0.03)}, 40'000, 0));
   apply_family(held);
   apply_family(moved);
-  CHECK(store::to_csv(moved[0]) == store::to_csv(held[0]));
-  CHECK(store::to_csv(moved[1]) == store::to_csv(held[1]));
+  CHECK(render::to_csv(moved[0]) == render::to_csv(held[0]));
+  CHECK(render::to_csv(moved[1]) == render::to_csv(held[1]));
   CHECK(family_of(held[0]).back() == kDiffersInFamily);
 }
 

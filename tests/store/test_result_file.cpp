@@ -22,6 +22,7 @@
 #include "base/units.h"
 #include "file_bytes.h"
 #include "message_of.h"
+#include "render/csv.h"
 #include "store/atomic_file.h"
 #include "store/result_file.h"
 #include "store/row_spool.h"
@@ -701,7 +702,7 @@ TEST_CASE("Columns that a function gives are those of its values", "[store]") {
     CHECK(stored_content_hash(folder / "r.h5") == content_hash(held));
     CHECK(content_hash(read_result(folder / "r.h5")) == content_hash(held));
   }
-  CHECK(to_csv(rows_of(made.tables[0], 70'000, 2)) == to_csv(rows_of(held.tables[0], 70'000, 2)));
+  CHECK(render::to_csv(rows_of(made.tables[0], 70'000, 2)) == render::to_csv(rows_of(held.tables[0], 70'000, 2)));
   append_rows(made.tables[0], rows_of(held.tables[0], 0, 3));  // behind what the function gives
   append_rows(held.tables[0], rows_of(held.tables[0], 0, 3));
   CHECK(content_hash(made) == content_hash(held));

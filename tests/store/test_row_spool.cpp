@@ -10,7 +10,9 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "store/json.h"
+#include "render/csv.h"
+#include "render/json.h"
+#include "render/table_text.h"
 #include "store/result_file.h"
 #include "temporary_folder.h"
 
@@ -44,7 +46,7 @@ Table on_disk(std::size_t rows, std::size_t held) {
   return t;
 }
 
-std::string csv(const Table& t) { return to_csv(t); }
+std::string csv(const Table& t) { return render::to_csv(t); }
 
 Result result_with(const Table& t) { return {.provenance = {.title = "long", .experiment = "test"}, .tables = {t}}; }
 
@@ -68,9 +70,9 @@ TEST_CASE("Rows come back from the disk as they were, wherever a piece begins") 
     CHECK(csv(rows_of(whole, first, count)) == csv(numbered(first, count)));
   }
   CHECK(csv(t) == csv(whole));
-  CHECK(to_json(t) == to_json(whole));
-  CHECK(csv(first_and_last(t, 5)) == csv(first_and_last(whole, 5)));
-  CHECK(first_and_last(t, 5).rows() == 5);
+  CHECK(render::to_json(t) == render::to_json(whole));
+  CHECK(csv(render::first_and_last(t, 5)) == csv(render::first_and_last(whole, 5)));
+  CHECK(render::first_and_last(t, 5).rows() == 5);
 }
 
 TEST_CASE("A table that goes to the disk by itself has all its rows, and so has one that is appended to another") {
@@ -111,7 +113,7 @@ TEST_CASE("A result is the same whether its rows were held or on the disk") {
 }
 
 TEST_CASE("The first and last rows of a long table print with the number of those between") {
-  CHECK_THAT(format_table(first_and_last(on_disk(1000, 20), 10), {.left_out = 990}),
+  CHECK_THAT(render::format_table(render::first_and_last(on_disk(1000, 20), 10), {.left_out = 990}),
              Catch::Contains("... 990 of 1000 rows left out ...") && Catch::Contains("999"));
 }
 

@@ -1,3 +1,5 @@
+#include "render/table_text.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,23 +8,20 @@
 
 #include <fmt/format.h>
 
-#include "store/table.h"
+#include "render/text.h"
 
-namespace surveymc::store {
+namespace surveymc::render {
+
+using store::Column;
+using store::Table;
+
 namespace {
 
 constexpr std::size_t kSentence = 20;  // a wider text is a note, not a word
 constexpr const char* kGap = "  ";
 constexpr const char* kUnexpectedMark = " (!)";
-constexpr const char* kSweepKey = "sweep key";  // long name of the columns that study::assemble puts in front
 
 bool is_text(const Column& column) { return std::holds_alternative<std::vector<std::string>>(column.values); }
-
-/// Code points, which is what a terminal shows for the letters and symbols we use (Greek, degree, plus-minus).
-std::size_t width(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
 
 std::string padded(const std::string& text, std::size_t to, bool right_aligned) {
   const std::string fill(to - std::min(to, width(text)), ' ');
@@ -184,7 +183,7 @@ std::vector<Block> printed_blocks(const Table& table, const Shown& shown) {
     const bool counts = std::holds_alternative<std::vector<std::int64_t>>(column.values) || block.name == "margin";
     if (counts && rows > 1 && is_same_in_all_rows(column))
       block.same_count = fmt::format("{} {}", block.name, cell(column, 0));
-    block.is_key = column.long_name == kSweepKey;
+    block.is_key = column.long_name == store::kSweepKey;
     blocks.push_back(std::move(block));
     if (!interval) continue;
     Block joined("interval", unit_text(column), true);
@@ -222,7 +221,7 @@ class Footnotes {
 /// "none (!)" for a verdict that is not the expected one; else "".
 std::string unexpected_mark(const Table& table, std::size_t row) {
   const std::string verdict = table.word("verdict", row), expected = table.word("expected", row);
-  if (expected.empty() || expected == verdict || expected == kEither) return "";
+  if (expected.empty() || expected == verdict || expected == store::kEither) return "";
   if (verdict == "differs" && table.word("family", row) == "may be chance") return "";  // as unexpected_verdicts()
   return (verdict.empty() ? "none" : printable(verdict)) + kUnexpectedMark;
 }
@@ -361,24 +360,11 @@ std::string lines_of(const Blocks& blocks, const Blocks& above, const Shown& sho
 
 }  // namespace
 
-std::string folded(const std::string& text, std::size_t widest, std::size_t indent) {
-  std::size_t at = std::min(text.find_first_not_of(' '), text.size()), used = at;
-  std::string out = text.substr(0, at);
-  for (bool first = true; at < text.size(); first = false) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    const std::string word = text.substr(at, end - at);
-    if (!first && used + 1 + width(word) > widest) {
-      out += '\n' + std::string(indent, ' ');
-      used = indent;
-    } else if (!first) {
-      out += ' ';
-      ++used;
-    }
-    out += word;
-    used += width(word);
-    at = std::min(text.find_first_not_of(' ', end), text.size());
-  }
-  return out;
+store::Table first_and_last(const Table& table, std::size_t count) {
+  const std::size_t rows = table.rows(), last = std::min(count, rows) / 2, first = std::min(count, rows) - last;
+  Table shown = rows_of(table, 0, first);
+  append_rows(shown, rows_of(table, rows - last, last));
+  return shown;
 }
 
 std::string format_table(const Table& table, const TableFormat& format) {
@@ -420,14 +406,4 @@ std::string format_table(const Table& table, const TableFormat& format) {
   return out;
 }
 
-std::size_t longest_line(const std::string& text) {
-  std::size_t longest = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    longest = std::max(longest, end - begin);
-    begin = end + 1;
-  }
-  return longest;
-}
-
-}  // namespace surveymc::store
+}  // namespace surveymc::render

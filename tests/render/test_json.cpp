@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "base/units.h"
-#include "store/json.h"
+#include "render/json.h"
 
 using namespace surveymc;
+using namespace surveymc::render;
 using namespace surveymc::store;
 
 namespace {

@@ -6,7 +6,7 @@
 
 #include "store/table.h"
 
-namespace surveymc::store {
+namespace surveymc::render {
 
 /// `text` in quotes, escaped. Bytes that are not UTF-8 become U+FFFD.
 std::string json_string(const std::string& text);
@@ -15,12 +15,12 @@ std::string json_number(double x);
 /// {"name", "long_name", "rows", "columns": [{"name", "unit", "long_name", "values": [...]}, ...]}; `unit` is "1" for a
 /// pure number and "" for text. A column with an interval also has "ancillary": the names of its ends. `with_values`:
 /// false leaves "values" out.
-std::string to_json(const Table& table, bool with_values = true);
+std::string to_json(const store::Table& table, bool with_values = true);
 /// The same in pieces, of which none is a long table's whole.
-void to_json(const Table& table, bool with_values, const std::function<void(const std::string& text)>& write);
+void to_json(const store::Table& table, bool with_values, const std::function<void(const std::string& text)>& write);
 
 /// All members of a map but its values: "name": ..., "unit", "long_name", "axes": [{"name", "unit", "long_name",
 /// "values"}, ...], "shape": [...]; without the braces around them, because values may follow.
-std::string map_members_json(const Map& map);
+std::string map_members_json(const store::Map& map);
 
-}  // namespace surveymc::store
+}  // namespace surveymc::render

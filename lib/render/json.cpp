@@ -1,12 +1,13 @@
-#include "store/json.h"
+#include "render/json.h"
 
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "render/text.h"
 #include "store/stored_form.h"
 
-namespace surveymc::store {
+namespace surveymc::render {
 namespace {
 
 std::string element(double x) { return json_number(x); }
@@ -37,7 +38,7 @@ std::string described(const std::string& name, const std::string& unit, const st
 
 std::string json_string(const std::string& text) {
   std::string quoted;
-  for (const char c : canonical_text(text)) {
+  for (const char c : store::canonical_text(text)) {
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }
@@ -50,16 +51,16 @@ std::string json_number(double x) {
   return fmt::format("{}", x);
 }
 
-void to_json(const Table& table, bool with_values, const std::function<void(const std::string&)>& write) {
+void to_json(const store::Table& table, bool with_values, const std::function<void(const std::string&)>& write) {
   write(fmt::format("{{\"name\": {}, \"long_name\": {}, \"rows\": {}, \"columns\": [", json_string(table.name),
                     json_string(table.long_name), table.rows()));
-  for (const Column& c : table.columns) {
+  for (const store::Column& c : table.columns) {
     write(fmt::format("{}\n  {{{}", &c == &table.columns.front() ? "" : ",", described(c.name, c.unit, c.long_name)));
     if (!c.ancillary.empty()) write(", \"ancillary\": " + json_string(c.ancillary));
     if (with_values) {
       write(", \"values\": [");
       bool any = false;
-      c.for_each_piece([&](const Values& piece) {
+      c.for_each_piece([&](const store::Values& piece) {
         const std::string text = elements(piece);
         if (any && !text.empty()) write(",");
         any = any || !text.empty();
@@ -72,15 +73,15 @@ void to_json(const Table& table, bool with_values, const std::function<void(cons
   write("]}");
 }
 
-std::string to_json(const Table& table, bool with_values) {
+std::string to_json(const store::Table& table, bool with_values) {
   std::string all;
   to_json(table, with_values, [&](const std::string& text) { all += text; });
   return all;
 }
 
-std::string map_members_json(const Map& map) {
+std::string map_members_json(const store::Map& map) {
   std::string axes, shape;
-  for (const Axis& a : map.axes) {
+  for (const store::Axis& a : map.axes) {
     const std::string separator = axes.empty() ? "" : ", ";
     axes +=
         separator + fmt::format("{{{}, \"values\": [{}]}}", described(a.name, a.unit, a.long_name), elements(a.values));
@@ -89,4 +90,4 @@ std::string map_members_json(const Map& map) {
   return fmt::format("{}, \"shape\": [{}], \"axes\": [{}]", described(map.name, map.unit, map.long_name), shape, axes);
 }
 
-}  // namespace surveymc::store
+}  // namespace surveymc::render
