@@ -111,23 +111,13 @@ H5T_class_t type_class(hid_t d, const std::string& link) {
   return H5Tget_class(Handle(H5Dget_type(d), "read the type of", link));
 }
 
-template <class T>
-std::vector<T> values(hid_t d, hid_t type, std::size_t count, const std::string& link) {
-  std::vector<T> out(count);
-  if (count > 0) checked(H5Dread(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out.data()), "read", link);
-  return out;
-}
-
-/// Values first .. first + count - 1 of a list.
+/// Values first .. first + count - 1 of a dataset, the last dimension fastest.
 template <class T>
 std::vector<T> values(hid_t d, hid_t type, std::size_t first, std::size_t count, const std::string& link) {
   std::vector<T> out(count);
-  if (count == 0) return out;
-  const Handle space(H5Dget_space(d), "read the shape of", link);
-  const hsize_t start = first, length = count;
-  checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &start, nullptr, &length, nullptr), "select a part of", link);
-  const Handle memory(H5Screate_simple(1, &length, nullptr), "make a dataspace");
-  checked(H5Dread(d, type, memory, space, H5P_DEFAULT, out.data()), "read", link);
+  in_boxes(d, link, first, count, [&](hid_t memory, hid_t space, std::size_t at) {
+    checked(H5Dread(d, type, memory, space, H5P_DEFAULT, out.data() + at), "read", link);
+  });
   return out;
 }
 
@@ -145,13 +135,13 @@ std::vector<std::string> texts(hid_t d, std::size_t first, std::size_t count, co
   return out;
 }
 
-std::vector<double> numbers(hid_t d, std::size_t count, const std::string& link) {
-  return values<double>(d, H5T_NATIVE_DOUBLE, count, link);
+std::vector<double> numbers(hid_t d, std::size_t first, std::size_t count, const std::string& link) {
+  return values<double>(d, H5T_NATIVE_DOUBLE, first, count, link);
 }
 
 /// Values first .. first + count - 1 of a column.
 Values column_values(hid_t d, H5T_class_t type, std::size_t first, std::size_t count, const std::string& link) {
-  if (type == H5T_FLOAT) return values<double>(d, H5T_NATIVE_DOUBLE, first, count, link);
+  if (type == H5T_FLOAT) return numbers(d, first, count, link);
   if (type == H5T_INTEGER) return values<std::int64_t>(d, H5T_NATIVE_INT64, first, count, link);
   if (type == H5T_STRING) return texts(d, first, count, link);
   throw Hdf5Failure(link + " holds neither numbers nor text");
@@ -219,6 +209,18 @@ class Reader {
     checked(H5Fget_eoa(file, &end), "find the end of the file");
     if (seal == Seal::none && fs::file_size(path) > end) throw Hdf5Failure("is damaged: its checksum is not whole");
     return file;
+  }
+
+  /// A function that reads a part of a dataset after this reader is gone; it holds the file open.
+  template <class Read>
+  auto later(const std::string& name, const Read& read) const {
+    return [file = open_file_, path = path_.string(), name, read](std::size_t first, std::size_t count) {
+      try {
+        return read(dataset(*file, name), first, count, name);
+      } catch (const Hdf5Failure& e) {
+        throw IoError(fmt::format("{}: {}", path, e.what()));
+      }
+    };
   }
 
   Provenance provenance() const {
@@ -296,17 +298,11 @@ class Reader {
     const std::size_t count = length(d, link);
     const H5T_class_t type = type_class(d, link);
     const bool stays = !path.empty() && count > kMostHeldRows;
-    if (stays) {
-      const auto read = [file = open_file_, file_name = path_.string(), name = path + "/" + link, type](
-                            std::size_t first, std::size_t n) {
-        try {
-          return column_values(dataset(*file, name), type, first, n, name);
-        } catch (const Hdf5Failure& e) {
-          throw IoError(fmt::format("{}: {}", file_name, e.what()));
-        }
-      };
-      c.on_disk = std::make_shared<MadeValues>(count, read);
-    }
+    if (stays)
+      c.on_disk = std::make_shared<MadeValues>(
+          count, later(path + "/" + link, [type](hid_t later_d, std::size_t first, std::size_t n, const auto& name) {
+            return column_values(later_d, type, first, n, name);
+          }));
     c.values = column_values(d, type, 0, stays ? 0 : count, link);
     return c;
   }
@@ -322,31 +318,15 @@ class Reader {
       }
       count *= dims[i];
     }
-    if (count <= kMostHeldValues) m.values = numbers(d, count, link);
+    if (count <= kMostHeldValues) m.values = numbers(d, 0, count, link);
     return m;
   }
 
-  /// A map that is read in pieces. They hold the file open.
+  /// A map that is read in pieces.
   MapStream stream_of(Map m) const {
-    const auto read = [file = open_file_, link = m.name, path = path_.string()](std::size_t first, std::size_t count) {
-      try {
-        const Handle d = dataset(*file, "/maps/" + link), space(H5Dget_space(d), "read the shape of", link);
-        std::vector<hsize_t> dims(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
-        checked(H5Sget_simple_extent_dims(space, dims.data(), nullptr), "read the shape of", link);
-        std::vector<double> out(count);
-        for (const Box& box : boxes_in(dims, first, count)) {
-          checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
-                  "select a part of", link);
-          const Handle memory(H5Screate_simple(static_cast<int>(box.count.size()), box.count.data(), nullptr),
-                              "make a dataspace");
-          checked(H5Dread(d, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, out.data() + (box.first - first)), "read",
-                  link);
-        }
-        return std::vector<std::vector<double>>{std::move(out)};
-      } catch (const Hdf5Failure& e) {
-        throw IoError(fmt::format("{}: {}", path, e.what()));
-      }
-    };
+    const auto read = later("/maps/" + m.name, [](hid_t d, std::size_t first, std::size_t n, const auto& name) {
+      return std::vector<std::vector<double>>{numbers(d, first, n, name)};
+    });
     return {{std::move(m)}, read};
   }
 
@@ -360,7 +340,7 @@ class Reader {
     if (type_class(d, a.name) == H5T_STRING)
       a.values = texts(d, 0, count, a.name);
     else
-      a.values = numbers(d, count, a.name);
+      a.values = numbers(d, 0, count, a.name);
     return a;
   }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -16,7 +17,6 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
-#include "base/retry.h"
 
 namespace surveymc::store {
 namespace {
@@ -28,47 +28,43 @@ class SpoolFile {
     const char* named = std::getenv("TMPDIR");
     folder_ = named && *named ? named : "/var/tmp";
     std::string name = folder_ + "/surveymc_rows_XXXXXX";
-    file_ = mkostemp(name.data(), O_CLOEXEC);
-    if (file_ < 0) refuse(errno);
+    const int file = mkostemp(name.data(), O_CLOEXEC);
+    require(file >= 0);
     unlink(name.c_str());
+    file_.reset(fdopen(file, "w+b"));
+    require(file_ != nullptr);
   }
-  SpoolFile(const SpoolFile&) = delete;
-  SpoolFile& operator=(const SpoolFile&) = delete;
-  ~SpoolFile() { close(file_); }
 
   /// Where the bytes begin.
   std::uint64_t append(const std::string& bytes) {
-    transfer(pwrite, bytes.data(), bytes.size(), end_, ENOSPC);
+    go_to(end_);
+    require(std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size());
     end_ += bytes.size();
     return end_ - bytes.size();
   }
   std::string read(std::uint64_t begin, std::size_t size) const {
     std::string bytes(size, '\0');
-    transfer(pread, bytes.data(), size, begin, EIO);
+    go_to(begin);
+    require(std::fread(bytes.data(), 1, size, file_.get()) == size);
     return bytes;
   }
 
  private:
-  /// Calls pread or pwrite until all bytes are done. `end`: the error where nothing more is done.
-  template <class Call, class Byte>
-  void transfer(const Call& call, Byte* next, std::size_t left, std::uint64_t at, int end) const {
-    while (left > 0) {
-      const ssize_t n = uninterrupted([&] { return call(file_, next, left, static_cast<off_t>(at)); });
-      if (n <= 0) refuse(n < 0 ? errno : end);
-      next += n;
-      left -= static_cast<std::size_t>(n);
-      at += static_cast<std::uint64_t>(n);
-    }
-  }
-  [[noreturn]] void refuse(int error_number) const {
-    throw IoError(
-        fmt::format("{}: rows that do not fit in memory cannot be kept there: {}: name a folder with room by "
-                    "the environment variable TMPDIR",
-                    folder_, std::generic_category().message(error_number)));
+  /// Also writes what was gathered: an append that went wrong is found before anything is read.
+  void go_to(std::uint64_t at) const { require(fseeko(file_.get(), static_cast<off_t>(at), SEEK_SET) == 0); }
+  void require(bool ok) const {
+    if (!ok)
+      throw IoError(
+          fmt::format("{}: rows that do not fit in memory cannot be kept there: {}: name a folder with room by "
+                      "the environment variable TMPDIR",
+                      folder_, std::generic_category().message(errno)));
   }
 
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
   std::string folder_;
-  int file_ = -1;
+  std::unique_ptr<std::FILE, Close> file_;
   std::uint64_t end_ = 0;
 };
 

@@ -1,10 +1,13 @@
 #include "store/stored_form.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <variant>
 
 #include <fmt/format.h>
+
+#include "base/units.h"
 
 namespace surveymc::store {
 namespace {
@@ -27,25 +30,21 @@ std::size_t utf8_length(const std::string& s, std::size_t at) {
 
 }  // namespace
 
-bool are_canonical(std::span<const double> values) {
-  bool all = true;
-  for (const double x : values)
-    all &= !std::isnan(x) || std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(kNaN);
-  return all;
-}
-
-void in_canonical_pieces(std::span<const double> values, const std::function<void(std::span<const double>)>& use) {
+void for_each_stored(std::span<const double> values, const std::function<void(std::span<const double>)>& use) {
   constexpr std::size_t kPiece = std::size_t{1} << 15;
   std::vector<double> changed;
   for (std::size_t at = 0; at < values.size(); at += kPiece) {
-    const std::span<const double> piece = values.subspan(at, std::min(kPiece, values.size() - at));
-    if (are_canonical(piece)) {
-      use(piece);
-      continue;
+    std::span<const double> piece = values.subspan(at, std::min(kPiece, values.size() - at));
+    bool is_changed = false;
+    for (const double x : piece)
+      is_changed |= std::isnan(x) && std::bit_cast<std::uint64_t>(x) != std::bit_cast<std::uint64_t>(kNaN);
+    if (is_changed) {
+      changed.assign(piece.begin(), piece.end());
+      std::replace_if(
+          changed.begin(), changed.end(), [](double x) { return std::isnan(x); }, kNaN);
+      piece = changed;
     }
-    changed.resize(piece.size());
-    std::transform(piece.begin(), piece.end(), changed.begin(), canonical_number);
-    use(changed);
+    use(piece);
   }
 }
 

@@ -3,15 +3,15 @@
 /// netCDF can hold. The hash is taken of the stored form, so that the hash of a result that was read back equals the
 /// stored one.
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <set>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
-#include "base/units.h"
 #include "store/table.h"
 
 namespace surveymc::store {
@@ -24,12 +24,24 @@ inline constexpr const char* kCost = "cost";                   // table in the g
 inline constexpr const char* kRow = "row";                     // dimension scale of every table
 inline constexpr const char* kOriginalName = "original_name";  // where the link had to be named otherwise
 
-/// All NaNs are one missing value.
-inline double canonical_number(double x) { return std::isnan(x) ? kNaN : x; }
-/// True if canonical_number() changes none of them.
-bool are_canonical(std::span<const double> values);
-/// Calls use(piece) with all values in order, each canonical_number(), in pieces that stay in the caches meanwhile.
-void in_canonical_pieces(std::span<const double> values, const std::function<void(std::span<const double>)>& use);
+/// Calls use(piece) with numbers in pieces that stay in the caches meanwhile. All NaNs are one missing value: others
+/// become kNaN.
+void for_each_stored(std::span<const double> values, const std::function<void(std::span<const double>)>& use);
+
+/// The same for a list of any type; counts and texts come as they are, all at once.
+template <class T, class Use>
+void for_each_stored(const std::vector<T>& values, const Use& use) {
+  if constexpr (std::is_same_v<T, double>)
+    for_each_stored(std::span(values), std::function<void(std::span<const double>)>(std::ref(use)));
+  else if (!values.empty())
+    use(std::span(values));
+}
+/// The same for all values of a column, held or not.
+template <class Use>
+void for_each_stored(const Column& column, const Use& use) {
+  column.for_each_piece(
+      [&](const Values& piece) { std::visit([&](const auto& values) { for_each_stored(values, use); }, piece); });
+}
 
 /// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
 /// So does NUL, which would end a string in HDF5.

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import xxhash
 
-MARK, EARLIER_MARK = b"SMCSEAL2", b"SMCSEAL1"  # hash of the hashes of pages; of all bytes at once
+MARK = b"SMCSEAL2"
 PAGE = 1 << 16
 SEAL_SIZE = len(MARK) + 16
 
@@ -29,8 +29,7 @@ def seal_of(path):
         if size >= SEAL_SIZE:
             file.seek(size - SEAL_SIZE)
             seal = file.read(SEAL_SIZE)
-        mark = seal[:len(MARK)]
-        if mark not in (MARK, EARLIER_MARK):
+        if not seal.startswith(MARK):
             return None if end is None or size <= end else False
         file.seek(0)
         state, left = xxhash.xxh3_128(), size - SEAL_SIZE
@@ -38,7 +37,7 @@ def seal_of(path):
             page = file.read(min(left, PAGE))
             if not page:
                 return False
-            state.update(xxhash.xxh3_128_digest(page) if mark == MARK else page)
+            state.update(xxhash.xxh3_128_digest(page))
             left -= len(page)
     return seal[len(MARK):] == state.digest()
 
