@@ -11,7 +11,7 @@
 #include "compare/annotations.h"
 #include "compare/trial_plan.h"
 #include "config/meanings.h"
-#include "scenario/told_inputs.h"
+#include "scenario/input_remarks.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 

@@ -19,8 +19,8 @@
 #include "config/readings_csv.h"
 #include "estimate/run_tables.h"
 #include "scenario/chain_sizes.h"
+#include "scenario/input_remarks.h"
 #include "scenario/scenario.h"
-#include "scenario/told_inputs.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
 
@@ -50,7 +50,7 @@ Run read_run(config::ConfigReader& c) {
       scenario::read_readings_table(c),
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
        r.field.total, 1});
-  scenario::tell_readings(c, r.file, r.field);
+  scenario::remark_on_readings(c, r.file, r.field);
   r.accelerometer_sign = -r.file.accelerometer_sign;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];

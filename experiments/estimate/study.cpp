@@ -14,8 +14,8 @@
 #include "estimate/chained_readings.h"
 #include "estimate/run_tables.h"
 #include "estimate/single_station_readings.h"
+#include "scenario/input_remarks.h"
 #include "scenario/scenario.h"
-#include "scenario/told_inputs.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::estimate {
@@ -61,7 +61,7 @@ Scenario read_scenario(config::ConfigReader& c) {
       scenario::read_readings_table(c),
       {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
        s.field.gravity, s.field.total, by_station ? 1 : config::kFewestStations});
-  scenario::tell_readings(c, s.readings, s.field);
+  scenario::remark_on_readings(c, s.readings, s.field);
   if (by_station)
     s.by_station = read_station_estimation(c);
   else

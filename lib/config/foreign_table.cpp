@@ -160,21 +160,21 @@ bool is_own_form(const std::string& text, ForeignKind kind) {
 }  // namespace
 
 ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignKind kind, const ImportOptions& options,
-                        const std::string& told_as) {
+                        const std::string& key_prefix) {
   if (place.native().find('\0') != std::string::npos) throw IoError("is not the name of a file");
   const auto [text, fault] = read_file(place, kLargestTable, kSmallerTable);
   if (!fault.empty()) throw IoError(fmt::format("cannot be read: {} (looked for {})", fault, place.string()));
   if (is_own_form(text, kind)) {
     for (const auto& [name, value] : options)
       require(name == kNorth || name == kUnusual,
-              "{}: has the columns that surveymc writes and needs no import: must be without {}{}", path, told_as,
+              "{}: has the columns that surveymc writes and needs no import: must be without {}{}", path, key_prefix,
               key_of(name));
     return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), "", {}};
   }
   std::vector<std::string> arguments;
   try {
     arguments =
-        python_command({"import", fs::absolute(place).string(), "--for-program=" + path, "--key-prefix=" + told_as});
+        python_command({"import", fs::absolute(place).string(), "--for-program=" + path, "--key-prefix=" + key_prefix});
   } catch (const IoError& e) {
     throw InputError(fmt::format(
         "{}: is no CSV of our own form ({} ...), and what reads other forms is not there: {}; or write "

@@ -26,8 +26,8 @@ struct ReadTable {
 /// none.
 ///
 /// Throws IoError if the file or the script cannot be read, InputError "path:line: ...: rule: way out" for the rest;
-/// ways out are the keys of `options`, with `told_as` before them, and the command that makes a CSV.
+/// ways out are the keys of `options`, with `key_prefix` before them, and the command that makes a CSV.
 ReadTable read_any_form(const std::filesystem::path& place, const std::string& path, ForeignKind kind,
-                        const ImportOptions& options, const std::string& told_as = "survey.");
+                        const ImportOptions& options, const std::string& key_prefix = "survey.");
 
 }  // namespace surveymc::config

@@ -170,7 +170,7 @@ void put_sampling(compare::TableRows& t, const PreparedEvent& event, const Event
   t.count("evaluations", "evaluations of the main run", e.evaluations);
   t.number("hits", "1", "trials of the event", has_hits ? static_cast<double>(e.hits.count) : kNaN);
   t.number("effective_hits", "1", "S1^2 / S2: so many hits of equal weight tell as much",
-           has_hits ? e.hits.effective() : kNaN);
+           has_hits ? e.hits.effective_hits() : kNaN);
   t.number("largest_share", "1", "share of the largest weight in the sum", has_hits ? e.hits.largest_share() : kNaN);
   t.number("relative_half_width", "1", "half width of the interval, of the probability", e.relative_half_width);
   t.number("relative_efficiency", "1", "how many plain trials an evaluation is worth", e.relative_efficiency);

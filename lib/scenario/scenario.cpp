@@ -10,8 +10,8 @@
 #include "config/foreign_table.h"
 #include "config/meanings.h"
 #include "estimate/estimators.h"
+#include "scenario/input_remarks.h"
 #include "scenario/survey_spacing.h"
-#include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 
@@ -55,10 +55,10 @@ std::optional<std::string> written_north(config::ConfigReader& c, const std::str
 }
 
 /// The table that the file of `key` holds, in our own form or in that of another program. `north`: the key of its
-/// north; `told_as`: what messages write before the keys of `options`.
+/// north; `key_prefix`: what messages write before the keys of `options`.
 config::InputTable read_any_table(config::ConfigReader& c, const std::string& key, config::ForeignKind kind,
                                   const config::ImportOptions& options, const std::string& north,
-                                  const std::string& told_as) {
+                                  const std::string& key_prefix) {
   std::string reading, told;
   for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
   const std::string path = c.text(key, config::kMeaningElsewhere);
@@ -72,11 +72,11 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
       [&](const std::filesystem::path& place) {
         config::ImportOptions all = options;
         if (const auto written = written_north(c, north)) all.emplace_back("azimuth-reference", *written);
-        // By has(), as tell_survey() asks for it.
+        // By has(), as remark_on_survey() asks for it.
         const std::string unusual = key.substr(0, key.rfind('.') + 1) + "unusual";
         if (kind == config::ForeignKind::survey && c.has(unusual))
           all.emplace_back("unusual", c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual));
-        config::ReadTable read = config::read_any_form(place, path, kind, all, told_as);
+        config::ReadTable read = config::read_any_form(place, path, kind, all, key_prefix);
         told = std::move(read.told);
         read.table.doubts = std::move(read.warnings);
         return std::move(read.table);
@@ -188,7 +188,7 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
   conventions.convergence = field.convergence;
   survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);
   warn_of_north(c, table, conventions);
-  tell_survey(c, table, survey, conventions);
+  remark_on_survey(c, table, survey, conventions);
   return read_interpolation(c, "survey.interpolate_m", survey, needs_toolface);
 }
 

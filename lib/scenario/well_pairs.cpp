@@ -12,9 +12,9 @@
 #include "base/units.h"
 #include "config/meanings.h"
 #include "config/suggest.h"
+#include "scenario/input_remarks.h"
 #include "scenario/scenario.h"
 #include "scenario/survey_spacing.h"
-#include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 
@@ -90,7 +90,7 @@ survey::Survey read_offset_survey(config::ConfigReader& c, const survey::Referen
   conventions.convergence = field.convergence;
   survey::Survey survey = config::survey_from_table(table, conventions, false);
   warn_of_north(c, table, conventions);
-  tell_survey(c, table, survey, conventions, "unusual");
+  remark_on_survey(c, table, survey, conventions, "unusual");
   return read_interpolation(c, "interpolate_m", survey, false);
 }
 

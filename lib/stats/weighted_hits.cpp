@@ -72,8 +72,8 @@ WeightedProbability weighted_probability(const WeightedHits& hits, const Weighte
     tell("never hit");
   else if (!(hits.largest > 0))
     tell("every weight is below the smallest number");
-  else if (hits.effective() < kTrustedHits)
-    tell(fmt::format("{:.3g} effective hits, not {:g}", hits.effective(), kTrustedHits));
+  else if (hits.effective_hits() < kTrustedHits)
+    tell(fmt::format("{:.3g} effective hits, not {:g}", hits.effective_hits(), kTrustedHits));
   if (hits.largest_share() > kTrustedShare) tell(fmt::format("one hit has {:.2g} of the sum", hits.largest_share()));
   if (lost.sum > kMostLost * hits.sum)
     tell(fmt::format("{} trials without a result weigh {:.2g} of the hits", lost.count,

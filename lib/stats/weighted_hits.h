@@ -25,7 +25,7 @@ struct WeightedHits {
   void merge(const WeightedHits& next);
 
   /// S1^2 / S2: so many hits of equal weight tell as much; 0 without hits.
-  double effective() const { return squares > 0 ? scaled(sum) * scaled(sum) / squares : 0; }
+  double effective_hits() const { return squares > 0 ? scaled(sum) * scaled(sum) / squares : 0; }
   /// m / S1: how much of the estimate hangs on one trial; 0 without hits.
   double largest_share() const { return sum > 0 ? largest / sum : 0; }
 };

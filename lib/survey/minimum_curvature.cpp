@@ -20,27 +20,15 @@ IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>
   return {0.5 * dmd * (straight - turn), 0.5 * dmd * (straight + turn)};
 }
 
-namespace {
-
-template <class Interval>
-std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t,
-                                       Interval interval) {
-  std::vector<Eigen::Vector3d> p(md.size(), Eigen::Vector3d::Zero());
-  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(interval(md[k] - md[k - 1], t[k - 1], t[k]));
-  return p;
-}
-
-}  // namespace
-
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
                                                          const std::vector<Vec3<double>>& tangents) {
-  return positions(md, tangents, minimum_curvature_interval<double>);
+  std::vector<Eigen::Vector3d> p(md.size(), Eigen::Vector3d::Zero());
+  for (std::size_t k = 1; k < md.size(); ++k)
+    p[k] = p[k - 1] + to_eigen(minimum_curvature_interval(md[k] - md[k - 1], tangents[k - 1], tangents[k]));
+  return p;
 }
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey) {
   return minimum_curvature_positions(survey.md(), true_tangents(survey));
-}
-std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey) {
-  return positions(survey.md(), true_tangents(survey), balanced_tangential_interval<double>);
 }
 
 std::vector<double> true_vertical_depths(const Survey& survey) {
@@ -59,15 +47,6 @@ std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>
                    d[k] += interval.by_to;
                  });
   return d;
-}
-
-Eigen::Vector3d tangent_by_inclination(double inclination, double azimuth) {
-  const double ci = std::cos(inclination);
-  return {ci * std::cos(azimuth), ci * std::sin(azimuth), -std::sin(inclination)};
-}
-Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth) {
-  const double si = std::sin(inclination);
-  return {-si * std::sin(azimuth), si * std::cos(azimuth), 0};
 }
 
 }  // namespace surveymc::survey

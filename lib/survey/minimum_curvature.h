@@ -58,7 +58,6 @@ IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
                                                          const std::vector<Vec3<double>>& tangents);
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey);
-std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey);
 
 /// True vertical depth of all stations by minimum curvature, m; that of the first is taken to be its measured depth.
 std::vector<double> true_vertical_depths(const Survey& survey);
@@ -66,9 +65,5 @@ std::vector<double> true_vertical_depths(const Survey& survey);
 /// Derivative of the last position by the tangent of every station: 3x3 each.
 std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
                                                        const std::vector<Vec3<double>>& tangents);
-
-/// Derivatives of the tangent (sinI cosA, sinI sinA, cosI) by inclination and azimuth.
-Eigen::Vector3d tangent_by_inclination(double inclination, double azimuth);
-Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth);
 
 }  // namespace surveymc::survey

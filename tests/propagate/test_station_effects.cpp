@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "angles.h"
 #include "base/units.h"
 #include "estimate/sensitivity.h"
 #include "propagate/ellipse.h"
@@ -31,7 +32,7 @@ TEST_CASE("The tangent's derivatives hold the azimuth weighting functions of the
     const survey::StationFields s{survey::magnetic_T(at, total, dip), survey::down_T(at)};
     const Eigen::Vector3d weights =
         azimuth_by_magnetometer(at.inclination, at.azimuth, at.toolface - kPi / 2, total * std::cos(dip));
-    const Eigen::Matrix3d expected = survey::tangent_by_azimuth(at.inclination, at.azimuth) * weights.transpose();
+    const Eigen::Matrix3d expected = test::tangent_by_azimuth(at.inclination, at.azimuth) * weights.transpose();
     CHECK((tangent_derivatives(s).by_field - expected).cwiseAbs().maxCoeff() < 1e-18);  // 1/Bh is 6e-5
   }
 }

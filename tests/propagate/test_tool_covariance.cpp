@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "angles.h"
 #include "base/units.h"
 #include "config/error_model_file.h"
 #include "error_model/model_graph.h"
@@ -66,7 +67,7 @@ std::vector<Vector3d> moved_positions(const Survey& s, std::size_t k, const erro
     m.stations[k].md += by * w.depth;
     m.stations[k].inclination += by * w.inclination;
     m.stations[k].azimuth += by * azimuth;
-    return balanced_tangential_positions(m);
+    return test::balanced_tangential_positions(m);
   };
   const auto plus = moved(step), minus = moved(-step);
   std::vector<Vector3d> d;

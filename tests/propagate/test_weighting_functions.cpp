@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "angles.h"
 #include "base/units.h"
 #include "config/shipped_models.h"
 #include "error_model/model_graph.h"
@@ -92,7 +93,7 @@ std::map<std::string, Published> published(const Attitude& at, const ReferenceFi
 
 /// Effect on the hole's direction (true north): inclination and lateral weight along their unit vectors.
 Vector3d turn(const Weights& w, const Attitude& at) {
-  return w.inclination * tangent_by_inclination(at.inclination, at.azimuth) +
+  return w.inclination * test::tangent_by_inclination(at.inclination, at.azimuth) +
          w.lateral * Vector3d(-std::sin(at.azimuth), std::cos(at.azimuth), 0);
 }
 

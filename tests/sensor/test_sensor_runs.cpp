@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "angles.h"
 #include "base/units.h"
 #include "propagate/sensor_error_covariance.h"
 #include "propagate/tangent_propagation.h"
@@ -42,7 +43,7 @@ Eigen::Vector3d readable_position(const survey::Survey& survey, const survey::Re
     measured.stations.push_back({survey.stations[k].md, seen.inclination, seen.azimuth + field.declination, 0});
   }
   return (method == survey::PositionMethod::minimum_curvature ? survey::minimum_curvature_positions(measured)
-                                                              : survey::balanced_tangential_positions(measured))
+                                                              : test::balanced_tangential_positions(measured))
       .back();
 }
 

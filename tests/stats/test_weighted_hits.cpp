@@ -81,8 +81,8 @@ TEST_CASE("The smallest weights have squares, with the bits that others have", "
     small.add(std::ldexp(weight, kBelow));
     (i < 700 ? first : second).add(std::ldexp(weight, kBelow));
   }
-  CHECK(small.effective() == usual.effective());
-  CHECK(small.effective() > 1900);
+  CHECK(small.effective_hits() == usual.effective_hits());
+  CHECK(small.effective_hits() > 1900);
   const auto p = stats::weighted_probability(small, {}, 4000, 0.95, false),
              of_usual = stats::weighted_probability(usual, {}, 4000, 0.95, false);
   CHECK(p.trusted);
@@ -90,14 +90,14 @@ TEST_CASE("The smallest weights have squares, with the bits that others have", "
   CHECK(p.interval.lo == std::ldexp(of_usual.interval.lo, kBelow));
   CHECK(std::isfinite(p.relative_efficiency));
   first.merge(second);
-  CHECK(first.effective() == Approx(small.effective()).epsilon(1e-12));
+  CHECK(first.effective_hits() == Approx(small.effective_hits()).epsilon(1e-12));
   // Weights of very different size: the small ones are nothing beside the large one, from either side.
   WeightedHits large = hits_of(1, 3), other = small;
   large.merge(small);
   other.merge(hits_of(1, 3));
   CHECK(large.squares == 2.25);
   CHECK(other.squares == 2.25);
-  CHECK(other.effective() == 1);
+  CHECK(other.effective_hits() == 1);
 }
 
 TEST_CASE("95 % gamma intervals hold the probability at 6, 28 and 150 effective hits", "[weighted]") {

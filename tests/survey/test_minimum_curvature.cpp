@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "angles.h"
 #include "base/units.h"
 #include "simd/dual.h"
 #include "survey/corrected_position.h"
@@ -75,7 +76,7 @@ TEST_CASE("Final positions of thesis tests 3 and 4") {
 
 TEST_CASE("Balanced tangential is shorter than minimum curvature by the ratio factor") {
   const Survey s{{{0, 0, 0, 0}, {100, 20 * kDegree, 0, 0}}};
-  const Eigen::Vector3d mc = minimum_curvature_positions(s).back(), bt = balanced_tangential_positions(s).back();
+  const Eigen::Vector3d mc = minimum_curvature_positions(s).back(), bt = test::balanced_tangential_positions(s).back();
   CHECK(mc.norm() / bt.norm() == Approx(exact_ratio(10 * kDegree)).epsilon(1e-14));
 }
 
@@ -113,8 +114,8 @@ TEST_CASE("Derivative of the final position by each tangent agrees with differen
     };
     const Eigen::Vector3d by_i = (at(h, 0) - at(-h, 0)) / (2 * h), by_a = (at(0, h) - at(0, -h)) / (2 * h);
     // central differences: h^2 truncation and 1e-16 * 2000 m / h rounding
-    CHECK((d[k] * tangent_by_inclination(st.inclination, st.azimuth) - by_i).norm() < 1e-5);
-    CHECK((d[k] * tangent_by_azimuth(st.inclination, st.azimuth) - by_a).norm() < 1e-5);
+    CHECK((d[k] * test::tangent_by_inclination(st.inclination, st.azimuth) - by_i).norm() < 1e-5);
+    CHECK((d[k] * test::tangent_by_azimuth(st.inclination, st.azimuth) - by_a).norm() < 1e-5);
   }
 }
 

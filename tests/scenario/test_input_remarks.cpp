@@ -1,4 +1,4 @@
-#include "scenario/told_inputs.h"
+#include "scenario/input_remarks.h"
 
 #include <catch2/catch.hpp>
 
@@ -98,7 +98,7 @@ TEST_CASE("Readings whose dip has the other sign than the reference are told so 
                                   {config::parse_csv("a\n1\n", "r.csv")});
     config::ConfigReader reader = config.reader(0);
     const survey::ReferenceField field = read_field(reader);
-    tell_readings(reader, r, field);
+    remark_on_readings(reader, r, field);
     return config.remarks();
   };
   const std::vector<config::Remark> good = told(72, "dip_deg = 70");

@@ -1,4 +1,4 @@
-#include "scenario/told_inputs.h"
+#include "scenario/input_remarks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +20,8 @@ const char* north_name(config::AzimuthReference north) {
                                                      : "true";
 }
 
-void tell_survey(config::ConfigReader& c, const config::InputTable& table, const survey::Survey& survey,
-                 const config::SurveyConventions& conventions, const std::string& unusual) {
+void remark_on_survey(config::ConfigReader& c, const config::InputTable& table, const survey::Survey& survey,
+                      const config::SurveyConventions& conventions, const std::string& unusual) {
   // The key is asked for by has() first, so that no default of it is written into every config.
   const bool allowed = c.has(unusual) && c.choice(unusual, {"refuse", "allow"}, config::meaning::kUnusual) == "allow";
   for (const config::SurveyFinding& f : config::unusual_in_survey(table, survey)) {
@@ -88,8 +88,8 @@ void warn_of_axes(config::ConfigReader& c, const survey::SixAxisReadings& r) {
 
 }  // namespace
 
-void tell_readings(config::ConfigReader& c, const survey::SixAxisReadings& readings,
-                   const survey::ReferenceField& field) {
+void remark_on_readings(config::ConfigReader& c, const survey::SixAxisReadings& readings,
+                        const survey::ReferenceField& field) {
   double gravity = 0, total = 0, sine = 0;
   for (std::size_t k = 0; k < readings.md.size(); ++k) {
     const double g = norm(readings.gravity_T[k]), b = norm(readings.magnetic_T[k]);
