@@ -71,8 +71,8 @@ const std::vector<std::string>& derivative_names();
 /// entry a station) is the field that wls has to know; the other estimators use it only with `expected`. `expected` are
 /// readings (nT, one entry a station) close to those of all trials, in a simulation the readings without noise. With
 /// `expected`, msa starts all trials from the solution of these readings and uses their matrix: the same minimum to the
-/// step tolerance, in a third of the time. A trial for which this does not lead to a minimum goes the way it goes
-/// without `expected`. Throws InputError on an unknown name, an option out of range, a missing truth.
+/// step tolerance, in a third of the time. A trial for which this finds no minimum is solved as without
+/// `expected`. Throws InputError on an unknown name, an option out of range, a missing truth.
 std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const survey::ReferenceField& field,
                                           const std::vector<survey::StationFields>& truth = {},
                                           const std::vector<survey::Vec3<double>>& expected = {});

@@ -1,5 +1,5 @@
 #pragma once
-/// The table of estimators: the name of each, what it needs and gives, how to make it and how to predict its errors.
+/// The table of estimators: name, inputs, results, factory and prediction of each.
 /// Factory, predictions, config check, law tests and the test of the docs all read this table and nothing else.
 #include <memory>
 #include <string_view>

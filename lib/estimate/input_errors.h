@@ -20,7 +20,7 @@ struct InputErrors {
   double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };
 
-/// Throws InputError where nothing can be weighed by the magnetometers' size.
+/// Throws InputError where the magnetometers' size cannot serve as a weight.
 inline void require_weights(const InputErrors& assumed) {
   require(assumed.magnetometer > 0,
           "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",

@@ -10,7 +10,7 @@
 /// t, T and Q are those of the expected readings. g, h and D are the trial's own and, to first order, linear in its
 /// readings: nine sums. Its minimum over z, at z = -h - t(w, w) / 2, is a quartic of two unknowns,
 ///   g'w + w'(1 + D - h.t) w / 2 + T(w, w, w) / 6 + (Q - 3 t.t)(w, w, w, w) / 24,
-/// to whose minimum Newton takes a few steps that look at no reading. With S its matrix there and R = L_w - L_z t(w, .)
+/// to whose minimum Newton takes a few steps without any reading. With S its matrix there and R = L_w - L_z t(w, .)
 /// the inverse of the trial's matrix is  A = L_z L_z' + R S^-1 R'.  Chord steps  x <- x - A gradient(x)  end at the
 /// trial's own minimum, because the gradient is exact. Source: derived here; tests/estimate/test_msa_valley.cpp holds
 /// each part against msa_kernel.h.
@@ -37,7 +37,7 @@ struct MsaValley {
   std::vector<double> magnetic, down, reference, reference_of_run;
 };
 
-/// Where a trial starts, and the part R S^-1 R' of its inverse matrix.
+/// Start of a trial, and the part R S^-1 R' of its inverse matrix.
 template <class T>
 struct MsaValleyStart {
   std::array<T, 6> x, first, second;  ///< first first' per_first + second second' per_second

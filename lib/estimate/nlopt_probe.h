@@ -3,9 +3,9 @@
 
 namespace surveymc::estimate {
 
-/// Where NLopt's solvers (estimator.solver) stand after some steps on a curved valley, for the probe of this build's
-/// numerics (simd::numerics_probe()): NLopt rounds differently where the compiler fuses multiply-adds, as in Debian's
-/// build for aarch64.
+/// Points that NLopt's solvers (estimator.solver) reach after some steps in a curved valley, for the probe of this
+/// build's numerics (simd::numerics_probe()): NLopt rounds differently where the compiler fuses multiply-adds, as in
+/// Debian's build for aarch64.
 std::vector<double> nlopt_probe();
 
 }  // namespace surveymc::estimate

@@ -1,5 +1,5 @@
 #pragma once
-/// Which combinations of gains and biases the stations determine, and which they do not.
+/// Combinations of gains and biases that the stations determine or leave open.
 ///
 /// Singular value decomposition of the residuals' Jacobian with its columns scaled to unit length (Belsley, Kuh and
 /// Welsch 1980, chapter 3). It does not depend on the parameters' units, so that its condition is one of geometry
@@ -28,7 +28,7 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
 /// Above kWeakCondition a combination is weak, and harms all results that depend on it (Belsley et al. 1980: 30 to 100,
 /// "moderate to strong").
 inline constexpr double kWeakCondition = 30, kSevereCondition = 100;
-/// Above this condition, readings in double precision say nothing about a combination.
+/// Above this condition, readings in double precision do not determine a combination.
 inline constexpr double kHopelessCondition = 1e6;
 
 /// The combination in words: "gain_z against bias_z" (errors of opposite sign), "gain_x with gain_y" (of the same).

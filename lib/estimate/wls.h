@@ -1,6 +1,6 @@
 #pragma once
-/// Weighted least squares on the readings themselves (thesis eqs 8-10, 19-21), the tool's attitude and the field being
-/// known: per axis dy = m - Bc = e_S Bc + bias + noise, linear, with prior e_S ~ N(0, gain^2), bias ~ N(0, bias^2).
+/// Weighted least squares on the readings themselves (thesis eqs 8-10, 19-21), with known attitude and field: per axis
+/// dy = m - Bc = e_S Bc + bias + noise, linear, with prior e_S ~ N(0, gain^2), bias ~ N(0, bias^2).
 ///   x = P H'(H P H' + R)^-1 dy,   U = (H'R^-1 H + P^-1)^-1
 /// R and P are diagonal, so the three axes are three problems of two unknowns. (The thesis' eq 9 puts the biases first
 /// and its H the scale factors.) gain = 1 + e_S.

@@ -7,7 +7,7 @@
 
 namespace surveymc::monitoring {
 
-/// Memory vectors that are worked on together.
+/// Memory vectors in a tile, which are computed together.
 inline constexpr std::size_t kTile = 4 * simd::kGroup;
 
 /// Raw view of a memory and of the vectors to predict. All but the queries and results is in the unit 1 / scale of z,

@@ -1,6 +1,6 @@
 #pragma once
 /// The tests of sequential_tests.h with several settings on one signal, side by side on lanes, for both instruction
-/// sets (simd/lanes.h). What counts is when they raise alarms, of either side.
+/// sets (simd/lanes.h). The result is the times of their alarms, of either side.
 #include <cstddef>
 
 #include "simd/instruction_set.h"
@@ -8,7 +8,7 @@
 
 namespace surveymc::monitoring {
 
-/// Tests of one kind, and what they have found. Unused places may have any settings.
+/// Tests of one kind and their results. Unused places may have any settings.
 struct AlarmLanes {
   enum class Kind { sprt, cusum, threshold } kind;
   /// SPRT: slope M / sigma^2, M / 2, ln A, ln B. CUSUM: allowance, threshold. Threshold: threshold.

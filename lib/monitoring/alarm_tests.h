@@ -1,5 +1,5 @@
 #pragma once
-/// Many settings of the tests of sequential_tests.h on one signal: when each raises its alarms.
+/// Alarm times of many settings of the tests of sequential_tests.h on one signal.
 #include <vector>
 
 #include "monitoring/alarm_lanes.h"

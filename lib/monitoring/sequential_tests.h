@@ -36,7 +36,7 @@ class Sprt {
     }
     return accepted;
   }
-  /// The decision that holds: 0 (H0 on both sides), +1 or -1 (H1).
+  /// The last decision: 0 (H0 on both sides), +1 or -1 (H1).
   int decision() const { return decided_[0] ? 1 : decided_[1] ? -1 : 0; }
 
  private:
@@ -67,7 +67,7 @@ class Cusum {
     }
     return alarm;
   }
-  double largest() const { return sum_[0] > sum_[1] ? sum_[0] : sum_[1]; }  ///< of the two sums, now
+  double largest() const { return sum_[0] > sum_[1] ? sum_[0] : sum_[1]; }  ///< of the two present sums
 
  private:
   CusumOptions options_;

@@ -1,5 +1,5 @@
 #pragma once
-/// How often an SPRT raises an alarm, by integration instead of simulation.
+/// Probability that an SPRT raises an alarm, by integration instead of simulation.
 #include <vector>
 
 #include "monitoring/sequential_tests.h"
@@ -15,8 +15,8 @@ namespace surveymc::monitoring {
 std::vector<double> sprt_alarm_probability(const SprtOptions& options, double mean, double sd, int samples);
 inline constexpr int kMostSprtPanels = 400;
 
-/// P(either side of a test has raised an alarm), of the probability of one side: between independent and exclusive
-/// sides. They are nearly exclusive, because what raises one sum lowers the other.
+/// P(either side of a test has raised an alarm) from the probability of one side: between that of independent and that
+/// of exclusive sides. The sides are nearly exclusive, because a sample that raises one sum lowers the other.
 struct TwoSided {
   double independent, exclusive;
 };

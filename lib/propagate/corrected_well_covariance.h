@@ -16,7 +16,7 @@
 
 namespace surveymc::propagate {
 
-/// What moves one station.
+/// Derivatives of one station by its own draws and by the estimate.
 struct StationErrors {
   Eigen::Matrix<double, 3, 6> tangent_by_draws;       ///< T: of its own draws, the estimate being fixed
   Matrix6d parameters_by_draws;                       ///< S: of its own draws, on the estimate

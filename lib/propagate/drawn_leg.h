@@ -27,8 +27,8 @@ struct DrawnErrors {
   T depth, inclination, azimuth, tilt;
 };
 
-/// {sin x, cos x}, right to 1e-16. Errors are small: up to an eighth of a radian, seven degrees, Taylor's series is
-/// short. Which way a lane goes depends on itself alone.
+/// {sin x, cos x}, accurate to 1e-16. Errors are small: up to 1/8 rad (7 deg) a short Taylor series does. Each lane
+/// chooses by its own value alone.
 template <class T>
 [[gnu::always_inline]] inline std::pair<T, T> sincos_of_error(const T& x) {
   if constexpr (requires { to_bits(x); }) {
@@ -45,7 +45,8 @@ template <class T>
   }
 }
 
-/// survey::ratio_factor(s), by the series of tan(phi) / phi in s = sin^2(phi) up to doglegs of 16 deg, right to 1e-16.
+/// survey::ratio_factor(s), by the series of tan(phi) / phi in s = sin^2(phi) up to doglegs of 16 deg, accurate to
+/// 1e-16.
 template <class T>
 [[gnu::always_inline]] inline T ratio_factor_of_leg(const T& s) {
   constexpr double kSmall = 0.02;
@@ -58,7 +59,7 @@ template <class T>
   return select(is_large, survey::ratio_factor(s), r);
 }
 
-/// survey::minimum_curvature_interval with it.
+/// survey::minimum_curvature_interval with that ratio factor.
 template <class T>
 [[gnu::always_inline]] inline survey::Vec3<T> leg_displacement(const T& length, const survey::Vec3<T>& from,
                                                                const survey::Vec3<T>& to) {
@@ -67,7 +68,7 @@ template <class T>
   return scale(T(0.5) * length * ratio_factor_of_leg(s), from + to);
 }
 
-/// Which of the angles of a station have errors at all, in any trial: the others need no sines.
+/// Which angles of a station have errors in any trial: the others need no sines.
 struct DrawnAngles {
   bool inclination = true, azimuth = true, tilt = true;
 };

@@ -15,7 +15,7 @@
 
 namespace surveymc::propagate {
 
-/// Where a draw stands in the random stream. Draws of two wells at one place are one error.
+/// Address of a draw in the random stream. Draws of two wells with the same address are one error.
 struct DrawPlace {
   random::Channel channel{};
   std::uint32_t index = 0;
@@ -46,10 +46,10 @@ class DrawnWell {
   void draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
                  survey::LaneArray& out) const;
 
-  /// How many normals a trial takes, those made in vain to fill a call included.
+  /// Number of normals that a trial draws, including those that only fill a call.
   std::size_t normals() const { return 4 * calls_.size(); }
 
-  /// What the kernel is called with (benchmarks).
+  /// Arguments of the kernel (for benchmarks).
   DrawnWellBatch batch(std::uint64_t first_trial, bool antithetic, int groups, survey::LaneArray& out,
                        survey::LaneArray& scratch) const;
   survey::LaneArray make_scratch() const;
@@ -78,8 +78,8 @@ class DrawnWell {
 DrawnWell drawn_well(const WellErrors& errors, const std::vector<WellPoint>& points,
                      const std::vector<DrawPlace>& places, bool with_control);
 
-/// One trial from its draws (one a draw of `errors`, standard normal): the readable definition, and the way to
-/// quadrature. N, E, V of every point less its true position, m: 3 a point.
+/// One trial from given draws (standard normal, one for each draw of `errors`): the readable definition, which
+/// quadrature uses, too. N, E, V of every point less its true position, m: 3 a point.
 std::vector<double> drawn_positions(const WellErrors& errors, const std::vector<WellPoint>& points,
                                     const std::vector<double>& draws);
 

@@ -21,7 +21,7 @@ struct DrawCall {
   std::uint32_t call = 0;
 };
 
-/// What a station adds up of its draws.
+/// Sums of a station over its draws.
 enum DrawnSum { kDepth, kInclination, kAzimuth, kTilt, kCourseNorth, kCourseEast, kCourseDown, kDrawnSums };
 
 /// Stations first .. end - 1, whose draws of one station are made together: the calls first_call .. end_call - 1.
@@ -40,7 +40,7 @@ struct DrawnPoint {
 
 /// Raw view of a well and of a batch of trials; rows are kGroup doubles apart.
 struct DrawnWellBatch {
-  const LegGeometry* legs;  ///< stations; that of station 0 is not looked at
+  const LegGeometry* legs;  ///< one a station; that of station 0 is not read
   std::size_t stations;     ///< up to the last point
   const WeightedRow* items;
   const std::uint32_t*

@@ -15,7 +15,7 @@ using error_model::PropagationMode;
 ///   S     C_K = sum_{earlier legs} (sum_k e_k)(sum_k e_k)' + (sum_{k<K} e_k + e*_K)(same)', k in the leg of K
 ///   W, G  C_K = (sum_{k<K} e_k + e*_K)(same)', k over all legs
 ///
-/// Effects have one-sigma size: N, E, V in metres. Memory and time per station do not grow with their number.
+/// Effects have one-sigma size: N, E, V in metres. Memory and time per station are constant.
 class ErrorSum {
  public:
   explicit ErrorSum(PropagationMode mode) : mode_(mode) {}

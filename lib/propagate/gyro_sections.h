@@ -7,8 +7,8 @@
 ///    listed at the last station before ("leg start": inclination and azimuth of the tie-on).
 /// 3. A section lasts from the end of the one before, or the beginning of the leg, to its own end: the stationary
 ///    stretch before the initialisation belongs to it.
-/// The azimuth that a survey lists for a vertical station means nothing, and rule 2 takes it all the same: appendix E
-/// of SPE 90408 comes out with it, and not without.
+/// Rule 2 takes the azimuth that a survey lists for a vertical station, although it means nothing: only so are the
+/// numbers of appendix E of SPE 90408 reproduced.
 #include <cstddef>
 #include <vector>
 
@@ -22,7 +22,7 @@ struct GyroStretch {
   std::size_t first = 0, end = 0;  ///< stations, the last one is end - 1
   int section = 0;                 ///< from 0 in every leg
   bool is_continuous = false;
-  /// Of a continuous stretch: what the stationary functions keep the values of, rad.
+  /// Of a continuous stretch: inclination and azimuth at which the stationary functions keep their values, rad.
   double initialised_inclination = 0, initialised_azimuth = 0;
   std::size_t initialised_from = 0;  ///< the station whose azimuth that is
   bool azimuth_is_of_vertical_station = false;

@@ -1,5 +1,5 @@
 #pragma once
-/// Which way the hole goes between two stations, and which way is up in it.
+/// Direction of the hole between two stations.
 #include <Eigen/Core>
 
 #include "survey/survey.h"

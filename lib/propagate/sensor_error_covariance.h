@@ -23,7 +23,7 @@ using Matrix3x12d = Eigen::Matrix<double, 3, survey::kSensorTerms>;
 /// `gravity_T` in m/s2, `field_T` in nT: noise-free readings.
 Matrix3x12d tangent_by_sensor_terms(const survey::Vec3<double>& gravity_T, const survey::Vec3<double>& field_T);
 
-/// What the errors with standard deviations `sd` do at every station of a survey whose tool is turned by `plan`.
+/// Effects of errors with standard deviations `sd` at every station of a survey whose tool is turned by `plan`.
 ///
 /// Where a toolface is drawn, the covariance that follows is the mean over toolfaces: the weights are trigonometric
 /// polynomials of the second order in toolface, their constant parts add up along the hole, and the others do so within

@@ -15,7 +15,7 @@ struct PointMoments {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// Most draws of a source that quadrature takes: 41 nodes for one, 41^2 and 17^3 nodes for two and three.
+/// Quadrature takes sources of at most so many draws: 41 nodes for one, 41^2 and 17^3 nodes for two and three.
 inline constexpr std::size_t kMostQuadratureDraws = 3;
 
 /// Moments of every point when source number `source` alone is in error, by Gauss-Hermite quadrature over its draws:

@@ -40,7 +40,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 Matrix36d magnetometer_error_effect(const StationEffect& effect, const survey::StationFields& station,
                                     const std::array<double, 3>& gain);
 
-/// How an error at one station goes with that at another (thesis eqs 41-47 for one survey leg).
+/// Propagation of an error from station to station (thesis eqs 41-47 for one survey leg).
 /// `effects` holds one 3x6 matrix per station.
 ///   systematic  constant in the run, the six errors independent:      sum_i sd_i^2 (sum x_i)(sum x_i)'
 ///   random      independent from station to station and of another:   sum_i sd_i^2 sum x_i x_i'

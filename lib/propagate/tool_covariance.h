@@ -24,7 +24,7 @@ struct ToolRun {
   std::shared_ptr<const error_model::Model> model;
 };
 
-/// Of which stations the covariance is given by source, too.
+/// Stations whose covariance is also given by source.
 enum class SourceDetail { none, last, all };
 
 /// Stations at which a term has no finite effect, or moves an angle by more than kLargestAngle.
@@ -34,10 +34,10 @@ struct NonFiniteTerm {
   std::string formula;                            ///< "azimuth = ..."
 };
 
-/// rad: an angle of one standard deviation beyond it is no linear error any more, but a pole (1 / cosI at 90 deg).
+/// rad: a standard deviation of an angle beyond it is no linear error but a pole (1 / cosI at 90 deg).
 inline constexpr double kLargestAngle = 1000;
 
-/// Many covariances, element by element: as a table has them, and three quarters of the memory of matrices.
+/// Many covariances, element by element, as in a table: three quarters of the memory of matrices.
 struct CovarianceColumns {
   std::array<std::vector<double>, 6> elements;  ///< nn, ee, vv, ne, nv, ev
 
@@ -70,8 +70,8 @@ struct StationEffects {
   std::vector<Source> sources;              ///< in order of their first appearance; code and mode are unique
   std::vector<Eigen::Vector3d> star, full;  ///< e*_k and e_k: N, E, V in metres; zero at the tie-on
   std::vector<double> depth;                ///< the error of the measured depth alone, m
-  /// Stations of one number are moved by one draw, whose number is that of the first of them; 1 for a source that joins
-  /// the legs of a well. kNone: the tool of the station does not have the source.
+  /// Stations with the same number share one draw, which has the number of the first of them; 1 for a source that is
+  /// common to all legs. kNone: the tool of the station does not have the source.
   std::vector<int> draw;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the error models of a well's tools do not hold, and what of them does nothing.
+/// Stations at which the error models of a well's tools do not hold, and terms without effect.
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -26,8 +26,8 @@ struct Validity {
   std::string detail;
 };
 
-/// In the order of runs and rules; `latitude` as for tool_covariances. What only the covariance itself shows
-/// (not_finite) is not among them.
+/// In the order of runs and rules; `latitude` as for tool_covariances. Findings of the covariance itself
+/// (not_finite) are not among them.
 std::vector<Validity> tool_validity(const survey::Survey& survey, const std::vector<ToolRun>& runs,
                                     const survey::ReferenceField& field, double latitude);
 /// NonFiniteTerm as a row of validity.

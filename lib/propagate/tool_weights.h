@@ -1,6 +1,6 @@
 #pragma once
-/// Weighting functions of a tool at the stations of a well, block after block: what the covariance (tool_covariance.h)
-/// and drawn errors (well_errors.h) have in common.
+/// Weighting functions of a tool at the stations of a well, block after block. The covariance (tool_covariance.h) and
+/// drawn errors (well_errors.h) use them.
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -61,7 +61,7 @@ class RunWeights {
     double held_inclination = 0, held_azimuth = 0;  ///< of a stationary function, since the initialisation
     StationColumn inclination, lateral, azimuth;
   };
-  /// How the lateral weight of a function is parted.
+  /// How the lateral weight of a function is split into azimuth and tilt.
   enum class Parting { none, azimuth_alone, at_zero_sine, even_part, tilt_alone };
   struct Parts {
     Parting parting = Parting::none;
@@ -69,7 +69,7 @@ class RunWeights {
   };
 
   void fill_inputs(std::size_t first, std::size_t count);
-  /// Zones that overlap have one speed (the reader of models sees to it); where there is none, nothing grows.
+  /// Zones that overlap have one speed (the reader of models checks that); outside of all zones nothing grows.
   double speed_at(double inclination) const;
   BlockWeights weights_of(std::size_t f, std::size_t first, std::size_t count);
   const GyroStretch& stretch_at(std::size_t k) const;
@@ -94,11 +94,11 @@ class RunWeights {
   StationColumn zeros_;
 };
 
-/// How the errors of a source go together within a run.
+/// Which stations of a run share an error of a source.
 enum class Grouping {
-  station,  ///< another error at every station
-  run,      ///< one error
-  mixed     ///< `begins_group` says where another error begins
+  station,  ///< none: an error of its own at every station
+  run,      ///< all
+  mixed     ///< those of a group; group_begins() says where a group begins
 };
 Grouping grouping_of(const error_model::Term& term, bool has_gyro);
 
@@ -106,8 +106,8 @@ Grouping grouping_of(const error_model::Term& term, bool has_gyro);
 std::array<bool, kStationBlock> group_begins(const std::vector<GyroStretch>& stretches, std::size_t first,
                                              std::size_t count);
 
-/// The azimuth of the station before, within 180 deg of the azimuth at hand; that itself, if the station before is
-/// vertical. rad
+/// The azimuth of the station before, within 180 deg of the azimuth of `at`; the latter itself if the station before
+/// is vertical. rad
 double azimuth_before(const survey::Station& before, const survey::Station& at);
 
 }  // namespace surveymc::propagate

@@ -1,6 +1,6 @@
 #pragma once
-/// The toolface-independent (TI) sensor terms of the ISCWSA MWD error model (functions.toml): what is left of
-/// the twelve sensor errors when the toolface is averaged out. Only the sensors' terms; singular nowhere.
+/// The toolface-independent (TI) sensor terms of the ISCWSA MWD error model (functions.toml): the twelve sensor errors
+/// with the toolface averaged out. Only the sensors' terms; nowhere singular.
 #include <array>
 #include <vector>
 
@@ -25,7 +25,7 @@ struct ToolfaceIndependentTerm {
 std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclination, double azimuth,
                                                                    const survey::ReferenceField& field);
 
-/// How the terms that change with toolface go along the hole; the others are always constant.
+/// Propagation along the hole of the terms that change with toolface; the others are always constant.
 enum class ToolfacePropagation {
   systematic,  ///< slid: one toolface for all stations; ISCWSA's S
   random,      ///< rotated: a toolface of its own at every station; ISCWSA's R

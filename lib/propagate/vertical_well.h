@@ -30,14 +30,15 @@ Eigen::Matrix2d toolface_dependent_covariance(const std::vector<double>& weights
 /// 1e-9 rad, on the circle), otherwise 0.
 double fictive_correlation(double toolface_j, double toolface_m);
 
-/// Fictive terms 4 and 5 of both biases: eq 38 with eq 37, plus eq 40 with eq 39, rho from `toolfaces`. That should be
-/// the magnetic toolfaces: the accelerometers of a vertical hole see nothing but their bias, so that their toolface is
-/// the same at every station however the pipe was turned. Time goes with the square of the stations.
+/// Fictive terms 4 and 5 of both biases: eq 38 with eq 37, plus eq 40 with eq 39, rho from `toolfaces`. These should
+/// be the magnetic toolfaces: in a vertical hole the accelerometers read their bias alone, so their toolface is the
+/// same at every station however the pipe was turned. Time is quadratic in the stations.
 Eigen::Matrix2d fictive_terms_covariance(const std::vector<double>& weights,
                                          const std::vector<double>& magnetic_toolfaces,
                                          const std::vector<double>& toolfaces, double tilt_sd);
 
-/// What two error sources of unit variance do at each station: column i is source i, (N, E) of the last position in m.
+/// Effects of two error sources of unit variance at each station: column i is source i, (N, E) of the last position in
+/// m.
 using TwoSources = std::vector<Eigen::Matrix2d>;
 /// ABXY-TI1 and TI2 of eqs 41 and 42: w (1, 0)/G and w (0, 1)/G.
 TwoSources toolface_independent_sources(const std::vector<double>& weights, double tilt_sd);

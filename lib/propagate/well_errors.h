@@ -1,6 +1,6 @@
 #pragma once
-/// Every error of a surveyed well as a standard normal draw, and what each draw does at each station: the models of the
-/// well's tools (R, S, W, G) ready for nonlinear Monte Carlo and for its linearisation.
+/// All errors of a surveyed well as standard normal draws, with the effect of each draw at each station: the models of
+/// the well's tools (R, S, W, G) in a form for nonlinear Monte Carlo and for its linearisation.
 ///
 /// The draws of a station add up to four numbers, and the drawn well follows from these of all stations:
 ///   dD    depth, m
@@ -28,7 +28,7 @@
 
 namespace surveymc::propagate {
 
-/// What becomes of a lateral error where the hole is nearly vertical.
+/// Treatment of a lateral error where the hole is nearly vertical.
 enum class VerticalRule {
   tilt,    ///< as above
   azimuth  ///< all of it is an azimuth error w / sinI, tau = 0, from kVerticalLimit on: wrong, turns the hole by

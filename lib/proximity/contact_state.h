@@ -25,13 +25,13 @@ struct DrawnWellPlace {
 
 class ContactState final : public rare::LimitState {
  public:
-  /// Where the normals stand in the stream: those of the study clearance, and the slots'.
+  /// Addresses of the normals in the stream: those of the study clearance, and the slots'.
   const std::vector<rare::NormalCall>& calls() const { return calls_; }
   int dimension() const override { return static_cast<int>(4 * calls_.size()); }
   /// g everywhere; NaN where a path is not finite, here and below.
   void evaluate(const survey::LaneArray& z, int groups, double* g) const override;
-  /// g where it is 0 or less; elsewhere some positive number: what a hit takes to know. `depths`, if not null: measured
-  /// depths on reference and offset where the hits touch, two a trial, m.
+  /// g where it is 0 or less; elsewhere some positive number, which is enough to tell hits. `depths`, if not null:
+  /// measured depths on reference and offset where the hits touch, two a trial, m.
   void evaluate_hits(const survey::LaneArray& z, int groups, double* g, double* depths) const;
   /// The contact of one trial of a batch, and its measured depths on both wells, m.
   Contact contact(const survey::LaneArray& z, int trial, double& reference_md, double& offset_md) const;
@@ -82,7 +82,7 @@ class ContactState final : public rare::LimitState {
 ContactState contact_state(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared,
                            double radii);
 
-/// The same that knows g where it is 0 or less alone: for the trials of a run. Its marks are the depths of contact.
+/// The same state with g only where it is 0 or less, for the trials of a run. Its marks are the depths of contact.
 class HitState final : public rare::LimitState {
  public:
   explicit HitState(const ContactState& state) : state_(state) {}

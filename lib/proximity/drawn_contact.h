@@ -1,10 +1,10 @@
 #pragma once
-/// How near two drawn wells come to each other, along all of both paths.
+/// The least distance of two drawn wells over all of both paths.
 ///
-/// A leg is an arc of minimum curvature, displaced along it by what else its end has (course errors, a doubled first
-/// leg). Legs are bounded by spheres about the middles of their chords, first eight together and then one by one. Of
-/// what is left the arcs decide: pieces of chords with the sagitta of their arcs as bound of the error, halved until
-/// the error is below kContactError.
+/// A leg is an arc of minimum curvature; course errors and a doubled first leg displace it linearly along its length.
+/// Spheres about the middles of the chords bound the legs, first eight together and then one by one. The remaining
+/// pairs of legs are compared by pieces of chords, with the sagitta of the arc as bound of the error, halved until the
+/// error is below kContactError.
 #include <cstddef>
 #include <vector>
 
@@ -13,7 +13,7 @@
 namespace surveymc::proximity {
 
 /// A drawn path: the place and the tangent of every station, coordinate by coordinate, and the length of the leg that
-/// ends there (m, it may be negative; that of station 0 is not looked at).
+/// ends there (m, it may be negative; that of station 0 is not read).
 struct DrawnPath {
   std::vector<double> x, y, z, tx, ty, tz, length;
 

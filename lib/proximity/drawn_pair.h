@@ -31,7 +31,7 @@ Eigen::Matrix3d relative_covariance(const propagate::WellErrors& reference, cons
                                     const SharedDraws& shared, const propagate::WellPoint& reference_point,
                                     const propagate::WellPoint& offset_point, propagate::FirstOrder which);
 
-/// Where the draws of an offset stand in the stream: behind those of the reference, and shared ones at their places.
+/// Addresses of an offset's draws in the stream: behind those of the reference; shared draws have the reference's.
 std::vector<propagate::DrawPlace> offset_places(const propagate::WellErrors& reference,
                                                 const propagate::WellErrors& offset, const SharedDraws& shared);
 

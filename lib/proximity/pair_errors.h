@@ -1,5 +1,5 @@
 #pragma once
-/// Errors of the points of two wells, and what they have in common.
+/// Errors of the points of two wells, and the errors that both share.
 ///
 /// The error of station K is eps_K = sum_{k<K} e_k + e*_K (propagate/tool_covariance.h), summed over independent draws;
 /// s_i is the part of draw i, one standard deviation. With C each well's own covariance,

@@ -1,5 +1,5 @@
 #pragma once
-/// Which draws of the stream a trial gets, and with which sign.
+/// Draws of the stream that a trial gets, and their sign.
 #include "simd/math.h"
 
 namespace surveymc::random {

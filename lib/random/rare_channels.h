@@ -1,6 +1,6 @@
 #pragma once
-/// Channels of rare events (lib/rare): what a trial under a proposal draws besides its own normals, and the draws of
-/// the preparing, which no trial shares. Their numbers go on behind those of stream.h, and stay as long.
+/// Channels of rare events (lib/rare): draws of a trial under a proposal beside its own normals, and draws of the
+/// preparation, which no trial shares. Their numbers follow those of stream.h and are kept as long.
 #include "random/stream.h"
 
 namespace surveymc::random {

@@ -7,8 +7,8 @@
 /// Philox 4x32-10 (Salmon et al., SC'11; the tests compare it with Random123) gives four 32-bit words for each counter
 ///   (trial low, trial high, index / 4, study << 16 | channel), key = (seed low, seed high).
 /// Two words make two normals (Box-Muller): 39 bits for the radius, which reaches 7.4 sigma, and 24 for the direction.
-/// Normals are computed in single precision: each is right to 2.4e-7 of its pair's radius (a test), far below what any
-/// number of trials can tell; all that is computed from them is double.
+/// Normals are computed in single precision: each is accurate to 2.4e-7 of its pair's radius (a test), far below what
+/// any number of trials can resolve; everything computed from them is double.
 #include <array>
 #include <cstdint>
 

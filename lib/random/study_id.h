@@ -1,5 +1,5 @@
 #pragma once
-/// Which study a draw belongs to. Two studies on one seed share no draw, because their ids differ.
+/// The study that a draw belongs to. Two studies on one seed share no draw, because their ids differ.
 #include <compare>
 #include <cstdint>
 #include <string_view>
@@ -33,7 +33,7 @@ enum class StudyId : std::uint32_t {
 /// The study's name, as configs have it; "" of none.
 std::string_view name_of(StudyId id);
 
-/// The part of the address that all draws of one run of a study have in common.
+/// The part of the address that all draws of one run of a study share.
 struct StudySeed {
   std::uint64_t seed = 0;  ///< of the config
   StudyId study = StudyId::none;

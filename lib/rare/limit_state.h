@@ -14,14 +14,14 @@ class LimitState {
   /// g of 8 `groups` trials; rows of `z` are their normals 0 .. n - 1. NaN: the trial has no result. The value of a
   /// trial does not depend on the others. Called from several threads.
   virtual void evaluate(const survey::LaneArray& z, int groups, double* g) const = 0;
-  /// How many numbers of its own the state gives of a trial, and the same with them: marks() a trial, of hits alone.
+  /// Numbers that the state reports of each hit beside g (marks() of them), and g together with these.
   virtual int marks() const { return 0; }
   virtual void evaluate_marked(const survey::LaneArray& z, int groups, double* g, double* /*marks*/) const {
     evaluate(z, groups, g);
   }
 };
 
-/// g of points that stand in the columns of `z` (n x count).
+/// g of the points in the columns of `z` (n x count).
 Eigen::VectorXd values_at(const LimitState& state, const Eigen::MatrixXd& z);
 
 }  // namespace surveymc::rare

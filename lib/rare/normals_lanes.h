@@ -17,7 +17,7 @@ struct NormalCall {
 /// The calls' normals of 8 `groups` trials: row 4 i + k of a group is normal k of call i.
 struct NormalBatch {
   const NormalCall* calls;
-  std::size_t call_count, rows;  ///< rows that are there: those beyond them are not written
+  std::size_t call_count, rows;  ///< rows in memory: rows beyond are not written
   std::uint64_t first_trial;
   std::size_t groups;
   double* z;

@@ -1,13 +1,13 @@
 #pragma once
-/// Preparing a proposal for any limit state: where the event is, how it is reached, and which mixture draws it. A pure
-/// function of the limit state and of the stream, in a fixed order of sums: every process gets the same bits.
+/// Preparation of a proposal for any limit state: finds the modes of the event and fits the mixture that draws it. A
+/// pure function of the limit state and of the stream, in a fixed order of sums: every process gets the same bits.
 ///
 ///   1  four subset pilots give samples of the event: a single one loses modes
 ///   2  the nearest of them, improved by a shrinking random search and by Hasofer-Lind-Rackwitz steps with central
 ///      differences, is the first design point z_1, beta_1 = |z_1|. Jumps and deceptive slopes defeat gradients alone,
 ///      many dimensions the search alone
 ///   3  while a sample of the event has a weight above 3 exp(-beta_1^2/2) / (largest share), it gets a design point of
-///      its own: so a mode that was seen is covered
+///      its own: so every mode that a pilot has met is covered
 ///   4  rounds with unit covariances and a wide component look for more; then rounds that adapt means, covariances and
 ///      shares by the cross entropy of what lies below a level
 /// The mixture: adapted components; shifted ones N(z_k, 1), which bound the weights behind the tangent planes; a wide

@@ -1,6 +1,6 @@
 #pragma once
 /// The proposal of importance sampling: a mixture of normal distributions in a few directions of the standard normals
-/// z, the others as they are.
+/// z; the other directions keep their normals.
 ///
 ///   y = U' z (r coordinates),  q(y) = sum_k a_k N(y; m_k, L_k L_k'),  a draw: z + U (m_k + L_k y - y)
 ///   weight w = phi_r(y) / q(y), of the drawn y, by the whole mixture
@@ -45,7 +45,7 @@ class Proposal {
   double log_weight(const double* y) const;
   /// ln of a_k N(y; m_k, C_k) / phi_r(y).
   double log_ratio(std::size_t component, const double* y) const;
-  /// Of all numbers, never 0; 0 of a plain one.
+  /// Hash of all numbers, never 0; 0 for a plain proposal.
   std::uint64_t hash() const;
 
  private:
@@ -62,7 +62,7 @@ struct DrawnTrials {
   Eigen::MatrixXd y;                     ///< r x trials
 };
 
-/// Where normals and choices of a proposal's trials stand in the stream.
+/// Addresses of normals and choices of a proposal's trials in the stream.
 struct TrialAddresses {
   std::vector<NormalCall> calls;  ///< four rows each, in order; what is beyond n is not used
   random::Channel choice{};       ///< of the uniform number that chooses the component

@@ -1,6 +1,6 @@
 #pragma once
-/// Subset simulation (Au and Beck 2001; Papaioannou et al. 2015): the check beside importance sampling, and what is
-/// left where no direction leads to the event.
+/// Subset simulation (Au and Beck 2001; Papaioannou et al. 2015): a check of importance sampling, and the only method
+/// where no direction leads to the event.
 ///
 /// Levels at the tenth of the values of g; chains of ten from the survivors, z' = rho z + sqrt(1 - rho^2) x, kept where
 /// g(z') <= level; rho follows an acceptance of 40 %. One replicate is one long trial: its own interval would not be
@@ -24,8 +24,8 @@ struct SubsetReplicate {
   Eigen::MatrixXd hits;  ///< the samples of the event among those of the last level, n x hits
 };
 
-/// `samples`: N of a level, at least 20. `replicate`: its draws are those of no other. Ends after 100 levels with
-/// probability 0, where the event is not to be reached.
+/// `samples`: N of a level, at least 20. `replicate`: its draws are those of no other. Where the event
+/// cannot be reached, ends after 100 levels with probability 0.
 SubsetReplicate subset_simulation(const LimitState& state, const random::Stream& stream, std::uint64_t replicate,
                                   int samples);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Limit states with known probabilities: what a method for rare events is tested on.
+/// Limit states with known probabilities, to test methods for rare events.
 ///
 /// | name        | g                                                     | parameters             |
 /// | linear      | beta - sum x / sqrt n                                 | dimension, beta        |
@@ -42,7 +42,7 @@ TestProblem with_dimension(TestProblem problem);
 
 std::unique_ptr<LimitState> test_limit_state(const TestProblem& problem);
 
-/// P(g <= 0), by closed forms and by Gauss-Kronrod quadrature in one variable, right to nine digits.
+/// P(g <= 0), by closed forms and by Gauss-Kronrod quadrature in one variable, accurate to nine digits.
 double exact_probability(const TestProblem& problem);
 
 /// "linear" and "union" as a union of half spaces; empty for others.

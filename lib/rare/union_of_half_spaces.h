@@ -2,8 +2,8 @@
 /// Sampling of a union of half spaces (Owen, Maximov and Chertkov 2019): the probability that any of several tests
 /// rejects, at any level.
 ///
-///   p_i = P(w_i > k_i), P = sum p_i;  half space i with probability p_i / P, w_i from its tail, the rest as it is;
-///   weight P / (number of half spaces that hold): bounded by P
+///   p_i = P(w_i > k_i), P = sum p_i;  draw half space i with probability p_i / P and w_i from its tail; the rest
+///   stays; weight P / (number of half spaces that hold): bounded by P
 #include <cstdint>
 #include <vector>
 
@@ -27,7 +27,7 @@ class UnionSampler {
   /// All of one dimension, at least one.
   explicit UnionSampler(std::vector<HalfSpace> half_spaces);
 
-  /// P: the bound that every weight keeps, and that of Bonferroni.
+  /// P: the upper bound of all weights, and Bonferroni's.
   double bound() const { return sum_; }
   int dimension() const { return static_cast<int>(half_spaces_.front().direction.size()); }
   /// Moves plain normals z to a trial of the union by two uniforms in (0, 1); the weight of the trial. `chosen`: the

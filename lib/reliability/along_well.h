@@ -45,7 +45,7 @@ struct WellReliability {
 /// where the azimuth moves the last station.
 WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0);
 
-/// The smallest error in one reading that is found, without linearisation, and its effects.
+/// The smallest error in one reading that a test finds, without linearisation, and its effects.
 struct FoundError {
   double size = 0;                        ///< with its sign, internal units; infinite: none is found up to 1e4 sd
   double inclination, toolface, azimuth;  ///< of that station, in (-pi, pi]; NaN: the angle has no value there

@@ -10,7 +10,7 @@
 
 namespace surveymc::reliability {
 
-/// Observations one of which is in error, without a way to say which; ascending. One element: identified.
+/// Observations one of which is in error, but the tests cannot say which; ascending. One element: identified.
 using SuspectGroup = std::vector<Eigen::Index>;
 
 struct SnoopingResult {

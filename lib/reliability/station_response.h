@@ -63,13 +63,13 @@ class StationResponse {
   AdjustmentMode mode_;
 };
 
-/// Of all errors of length 1 in some observations, measured in sd, the one that the tests see least: the direction Z of
-/// the smallest eigenvalue of the information. Where the tests see several directions equally little (for example not
-/// at all), the one nearest to a single observation.
+/// Of all errors of length 1 in some observations, measured in sd, the one to which the tests respond least: the
+/// direction Z of the smallest eigenvalue of the information. Where they respond equally little to several (for example
+/// not at all), the one nearest to a single observation.
 struct WeakestDirection {
   double redundancy;          ///< z'Hz; 0 below 1e-10
   Eigen::VectorXd direction;  ///< unit vector, in sd; the largest entry, of equal ones the first, is positive
-  Eigen::Index dimensions;    ///< how many directions show at all: r of the test of all of them together (eq 4)
+  Eigen::Index dimensions;    ///< number of directions with any response: r of the test of all of them together (eq 4)
 };
 WeakestDirection weakest_direction(const Eigen::MatrixXd& information);
 

@@ -33,7 +33,7 @@ struct ChainedRun {
   std::vector<std::array<double, 6>> readings;  ///< specific force (which points up) x, y, z, field x, y, z
 };
 
-/// What a run is drawn from, for every station.
+/// Draws of a run, for every station.
 struct ChainedDraws {
   std::vector<std::array<double, 9>> steps;  ///< standard normals: first values and steps of the states
   std::vector<std::array<double, 6>> noise;  ///< standard normals

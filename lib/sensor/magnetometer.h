@@ -59,7 +59,7 @@ struct CleanReadings {
 CleanReadings clean_readings(const survey::Survey& survey, const survey::ReferenceField& field,
                              const MagnetometerErrors& errors);
 
-/// What an error-free tool sees at the stations.
+/// Readings of an error-free tool at the stations.
 std::vector<survey::StationFields> station_fields(const CleanReadings& clean);
 
 /// Linear functions of a trial's draws: kSums sums of weight times draw at a time. Draws are those of size 1, so the

@@ -1,6 +1,6 @@
 #pragma once
-/// Normals -> readings: the trials of simulate_readings and spread_tools as functions of the standard normals that they
-/// are made of, for what looks at these (rare/limit_state.h).
+/// Normals -> readings: the trials of simulate_readings and spread_tools as functions of their standard normals, for
+/// methods that work on these (rare/limit_state.h).
 #include <string>
 #include <vector>
 
@@ -10,13 +10,13 @@
 
 namespace surveymc::sensor {
 
-/// Four normals that stand together in the stream: indices 4 call .. 4 call + 3 of a channel.
+/// Four neighbouring normals of the stream: indices 4 call .. 4 call + 3 of a channel.
 struct NormalAddress {
   random::Channel channel{};
   std::uint32_t call = 0;
 };
 
-/// Which normal is which: rows first + index of an array of normals; -1: not drawn.
+/// Meaning of the normals: rows first + index of an array of normals; -1: not drawn.
 struct ReadingNormals {
   std::vector<NormalAddress> calls;  ///< rows 4 i .. 4 i + 3 are those of call i: where simulate_readings takes them
   int magnetometer = 0;              ///< 3 station + axis
@@ -31,9 +31,9 @@ ReadingNormals reading_normals(int stations, const NoiseModel& noise, const Tool
 /// "" where nothing is drawn.
 std::vector<std::string> names_of(const ReadingNormals& normals, int stations);
 
-/// Fills `out` with the readings of 8 `groups` trials whose normals stand in the rows of `z`. The law of the noise must
-/// be Gaussian (asserted), and the trials not antithetic. With the normals of simulate_readings and spread_tools, their
-/// readings bit for bit.
+/// Fills `out` with the readings of 8 `groups` trials whose normals are the rows of `z`. The law of the noise must
+/// be Gaussian (asserted), and the trials not antithetic. With the normals of simulate_readings and spread_tools it
+/// gives their readings, bit for bit.
 void readings_of_normals(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                          const ToolSpread& spread, const ReadingNormals& normals, const survey::LaneArray& z,
                          int groups, survey::ReadingBlock& out);

@@ -16,8 +16,8 @@ inline constexpr double kLeastRoot = 0x1p-900, kLargestRoot = 0x1p1000;
 /// sqrt(x), the same bits, for x in [kLeastRoot, kLargestRoot].
 inline double sqrt_by_products(double x) { return sqrt(x); }
 #if SURVEYMC_LANES == 8
-/// Two steps of Newton for g = sqrt(x) and h = 1 / (2 sqrt(x)), from a guess right to 2^-14, leave g and h wrong by
-/// less than 2.5 2^-53 of them. g + (x - g g) h is then wrong by less than 12 2^-53 of its last place before it is
+/// Two steps of Newton for g = sqrt(x) and h = 1 / (2 sqrt(x)), from a guess accurate to 2^-14, leave errors of g
+/// and h below 2.5 2^-53 of them. g + (x - g g) h is then wrong by less than 12 2^-53 of its last place before it is
 /// rounded. So it is rounded as sqrt() is, unless sqrt(x) is nearer than that to the middle of two numbers, (M + 1/2)
 /// last places: then x, in their squares, is (M + 1/2)^2 + j / 4 with |j| < 100. There are few such x in [1, 4), and
 /// tests/simd/lane_bits.cpp tries all of them.

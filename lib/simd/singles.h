@@ -186,8 +186,8 @@ auto upper(const Pack<S, N>& a) {
 
 // --- elementary functions ---
 
-/// -ln u for u in (0, 1], given u - 1 too: near 1 the logarithm depends on u - 1, of which u itself has lost most
-/// digits. Relative error below 2e-7.
+/// -ln u for u in (0, 1], also given u - 1: near 1 the logarithm depends on u - 1, most of whose digits u has lost.
+/// Relative error below 2e-7.
 template <class W, class S>
 [[gnu::always_inline]] inline S minus_log(const S& u, const S& u_less_1) {
   // u = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)): adding the gap from sqrt(1/2) to 1 carries at sqrt(2)

@@ -33,7 +33,7 @@ ToolAxes<T> tool_axes(const T& lean, const T& z, const T& st, const T& ct, const
   return {lean * per_total, z * per_total, st, ct, total, select(there, found, T(0.0))};
 }
 
-/// Inclination and toolface from the accelerometers; toolface 0 where these show none. With `optimise`, |g| is pulled
+/// Inclination and toolface from the accelerometers; toolface 0 where it is undefined. With `optimise`, |g| is pulled
 /// to its reference (slide 4): the toolface stays, because the errors of x and y are alike, and so does the inclination
 /// if z has the same error.
 template <class T>
@@ -51,7 +51,7 @@ ToolAxes<T> axes_from_accelerometers(const survey::Vec3<T>& g, bool optimise, co
   return tool_axes(p.x, p.y, st, ct, p.found);
 }
 
-/// How far N, D and Mz move per unit of the misclosure w, and the variance V of w.
+/// Gains of N, D and Mz per unit of the misclosure w, and the variance V of w.
 template <class T>
 struct ConditionGains {
   T north, vertical, axial, variance;

@@ -2,16 +2,16 @@
 /// Quantiles of the beta distribution and its relatives at any tail, to 2e-14, or half an epsilon times the larger of a
 /// and b where that is more. Boost's inverse of the incomplete beta function gives up at some tails (in double at some
 /// of those below 2e-9, in long double below 1e-10), and beside 1 it may have no digit right. Its distribution function
-/// is right: the quantile is the root of that, looked for from Boost's value where it has one.
+/// is right: the quantile is its root, sought from Boost's value where there is one.
 
 namespace surveymc::stats {
 
-/// A share, and what it leaves of 1, of which neither loses digits where the other is close to 1.
+/// A share and its complement to 1; neither loses digits where the other is close to 1.
 struct BetaPoint {
   double share, rest;
 };
 
-/// The share below, or above, which the Beta(a, b) distribution has this probability; a, b > 0. 0 and 1 at the ends.
+/// Lower or upper quantile of Beta(a, b) at this probability; a, b > 0. 0 and 1 at the ends.
 BetaPoint beta_quantile(double a, double b, double probability);
 BetaPoint beta_upper_quantile(double a, double b, double probability);
 

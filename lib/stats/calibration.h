@@ -48,7 +48,7 @@ class PitCells {
   PitCells() = default;
 
   std::array<double, kPitBins + 2> edges_{};  // rising; NaN behind the last, which nothing reaches
-  /// Slot in which a part of the way from the first to the last edge begins; behind the last, all that lies beyond.
+  /// Slot in which an equal part of the range of edges begins; the last one is for all beyond.
   std::array<std::uint8_t, kLookUp + 1> start_{};
   double first_ = kNaN, per_unit_ = 0;  // NaN leaves all unjudged
   bool has_single_edges_ = false;       // no part of the way has two edges
@@ -63,12 +63,12 @@ struct PitCounts {
 /// `slots`: kPitSlots of them.
 PitCounts pit_counts(std::span<const std::uint64_t> slots);
 
-/// The claimed law of a quantity; it decides which shapes a deviation is compared with.
+/// The claimed law of a quantity, which decides with which shapes a deviation is compared.
 struct ClaimedLaw {
-  double degrees = 0;  ///< 0: normal; else chi-squared with so many
+  double degrees = 0;  ///< 0: normal; else chi-squared with as many
 };
 
-/// What a calibration says. D_i = F_i - i / 100, F_i the share of trials in the first i bins.
+/// Result of a calibration. D_i = F_i - i / 100, F_i the share of trials in the first i bins.
 struct CalibrationResult {
   double largest = 0, at = 0;  ///< D with the largest magnitude, and its u
   Interval interval;           ///< of it, simultaneous

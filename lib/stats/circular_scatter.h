@@ -1,5 +1,5 @@
 #pragma once
-/// Sd of both directions of a plane together, where they have the same.
+/// Common sd of the two directions of a plane, where both have the same.
 #include <cstdint>
 
 #include "stats/intervals.h"

@@ -57,7 +57,7 @@ struct DescentEnd {
   T status;      ///< the number of a DescentStatus
 };
 
-/// What a problem says of the step it has solved for.
+/// A problem's report on the step that it has solved for.
 template <class T, class Mask>
 struct DescentStep {
   Mask positive;  ///< B + lambda D is positive definite

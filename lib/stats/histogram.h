@@ -1,5 +1,5 @@
 #pragma once
-/// Quantiles of many values without keeping them: counts in equal bins.
+/// Quantiles of many values from counts in equal bins; the values are not kept.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,14 +17,14 @@ struct HistogramBins {
   std::size_t bin(double value) const;
 };
 
-/// Value below which the share `probability` of the counts lies, linear within a bin; NaN without counts. Right to one
-/// bin's width.
+/// Value below which the share `probability` of the counts lies, linear within a bin; NaN without counts.
+/// Accurate to one bin's width.
 double histogram_quantile(const HistogramBins& bins, const std::uint64_t* counts, double probability);
 
-/// How many of the values lie up to `value`, by the same line within a bin.
+/// Number of values up to `value`, linear within a bin.
 std::uint64_t histogram_count(const HistogramBins& bins, const std::uint64_t* counts, double value);
 
-/// How many values there are.
+/// Number of values.
 std::uint64_t histogram_total(const HistogramBins& bins, const std::uint64_t* counts);
 
 /// Confidence interval of a quantile from order statistics, whatever the distribution: of n values, and B binomial(n,

@@ -1,5 +1,5 @@
 #pragma once
-/// Names for ranges of numbers in one row: they say what each of a tally's counts, groups, moments or samples is.
+/// Names for ranges of numbers in one row: the meaning of each of a tally's counts, groups, moments or samples.
 ///
 ///   struct Events : Layout {
 ///     Events(std::size_t errors, std::size_t methods) : found(slots(errors)), outcome(slots(methods, 5)) {}
@@ -21,7 +21,7 @@ struct Slots {
 
 class Layout {
  public:
-  /// How many numbers all ranges have.
+  /// Number of numbers in all ranges.
   constexpr std::size_t size() const { return size_; }
   /// The next n * m * l numbers.
   constexpr Slots slots(std::size_t n = 1, std::size_t m = 1, std::size_t l = 1) {

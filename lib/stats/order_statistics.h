@@ -14,7 +14,8 @@ double sorted_quantile(const std::vector<double>& sorted, double share);
 double median(std::vector<double> values);
 
 /// Order statistics that hold the median with at least this confidence, whatever the distribution:
-/// P(B <= l - 1) <= (1 - confidence) / 2 for B binomial(n, 1/2). With few values: [0, infinity], for delays.
+/// P(B <= l - 1) <= (1 - confidence) / 2 for B binomial(n, 1/2). With too few values: [0, infinity], the range of
+/// delays.
 Interval median_interval(const std::vector<double>& sorted, double confidence);
 
 }  // namespace surveymc::stats

@@ -1,6 +1,5 @@
 #pragma once
-/// The numbers that intervals and verdicts need of one quantity, whether its trials are independent or antithetic
-/// pairs.
+/// Summary of one quantity for intervals and verdicts; its trials are independent or antithetic pairs.
 #include <cstdint>
 
 #include <Eigen/Core>

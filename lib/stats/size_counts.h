@@ -1,6 +1,6 @@
 #pragma once
-/// Extremes and median of the sizes |x| of many numbers, which come in pieces. Counts of disjoint pieces add up,
-/// whoever has made them, to the same bits.
+/// Extremes and median of the sizes |x| of many numbers, which come in pieces. Counts of disjoint pieces add up to the
+/// same bits, whichever process has made them.
 #include <cstddef>
 #include <cstdint>
 #include <vector>

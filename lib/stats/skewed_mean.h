@@ -1,12 +1,12 @@
 #pragma once
-/// The interval of a mean of values that are few and skew.
+/// The interval of a mean of few, skewed values.
 #include <vector>
 
 #include "stats/intervals.h"
 
 namespace surveymc::stats {
 
-/// Mean of at least two values that are few and may be skew, such as mean squared errors, one a realisation: each end
+/// Mean of at least two values that are few and may be skewed, such as mean squared errors, one a realisation: each end
 /// is the farther one of Student's interval and of the bootstrap-t's (Efron and Tibshirani 1993, section 12.5), which
 /// takes the quantiles of (mean* - mean) / error* over 1999 resamples in the place of Student's. Never narrower than
 /// Student's; the resamples are always the same. Fewer than 5 values, of which many resamples are all alike, and more

@@ -9,7 +9,7 @@
 namespace surveymc::stats {
 
 struct Tally {
-  std::uint64_t trials = 0;    ///< all that were run
+  std::uint64_t trials = 0;    ///< all that ran
   std::uint64_t failed = 0;    ///< of them, those whose estimate did not converge: not in the moments
   std::uint64_t left_out = 0;  ///< converged, but the other trial of the antithetic pair failed: not in the moments
   Moments moments = {};        ///< of the study's quantities
@@ -23,7 +23,7 @@ struct Tally {
   std::vector<std::uint64_t> failed_trials = {};  ///< numbers of the first kMaxListed failed trials, for replay
   std::vector<double> samples = {};               ///< first realisations, row by row, as many as the study asked for
   std::vector<WeightedHits> weighted = {};        ///< of the study's events, where trials have weights
-  /// Which proposal gave the weights: a hash of it; 0: none. Weights of two proposals do not add up.
+  /// Hash of the proposal that gave the weights; 0: none. Weights of two proposals do not add up.
   std::uint64_t proposal = 0;
 
   static constexpr std::size_t kMaxListed = 1000;

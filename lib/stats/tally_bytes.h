@@ -13,7 +13,7 @@ inline constexpr std::uint32_t kTallyVersion = 3;
 std::string tally_to_bytes(const Tally& tally);
 
 /// The same tally, bit for bit. Throws IoError if the bytes are of another version, too few or too many, or of sizes
-/// that do not go together. Damage within a number is not noticed here, but by the checksum of the record.
+/// that contradict each other. Damage within a number is found by the checksum of the record, not here.
 Tally tally_from_bytes(std::string_view bytes);
 
 }  // namespace surveymc::stats

@@ -1,5 +1,5 @@
 #pragma once
-/// How much of the variance of values their groups explain, with a standard error.
+/// Share of the variance of values that their groups explain, with a standard error.
 #include <cstdint>
 #include <vector>
 
@@ -9,13 +9,13 @@ namespace surveymc::stats {
 
 /// share = 1 - E[Var(y | group)] / Var(y): the correlation ratio, the index of first order (Sobol' 1993) of what makes
 /// the groups. Var(y | group) is the sample variance of each group, so that chance alone explains
-/// nothing on the average; groups of one value say nothing and are left out of the mean.
+/// nothing on average; groups of one value are left out of the mean.
 struct ExplainedShare {
   double share = kNaN;  ///< below 0 by chance; NaN of equal values, or where no group has two
   /// Part of the squares of these values that the groups explain: what `share` would be if chance explained nothing, as
   /// where a design fills the groups evenly.
   double of_squares = kNaN;
-  /// What each value adds to the error of `share`, by first order: its standard error is sd(influence) / sqrt(n). Of
+  /// Influence of each value on `share`, to first order: its standard error is sd(influence) / sqrt(n). Of
   /// sums and differences of shares of the same values, influences add up, too.
   std::vector<double> influence = {};
 };

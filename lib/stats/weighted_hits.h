@@ -8,7 +8,7 @@
 
 namespace surveymc::stats {
 
-/// What is kept of the hits, the trials at which the event happened.
+/// Sums over the hits, the trials at which the event happened.
 struct WeightedHits {
   std::uint64_t count = 0;
   double sum = 0;      ///< S1: of the weights
@@ -24,9 +24,9 @@ struct WeightedHits {
   /// `next` holds trials that follow. The order of merging is part of the bits of the sums.
   void merge(const WeightedHits& next);
 
-  /// S1^2 / S2: so many hits of equal weight tell as much; 0 without hits.
+  /// S1^2 / S2: hits of equal weight that would tell as much (Kish's effective size); 0 without hits.
   double effective_hits() const { return squares > 0 ? scaled(sum) * scaled(sum) / squares : 0; }
-  /// m / S1: how much of the estimate hangs on one trial; 0 without hits.
+  /// m / S1: largest share of one trial in the estimate; 0 without hits.
   double largest_share() const { return sum > 0 ? largest / sum : 0; }
 };
 
@@ -38,7 +38,7 @@ struct WeightedHits {
 /// `is_plain`: all weights are 1, hits or not. `trials` > 0.
 Interval weighted_interval(const WeightedHits& hits, std::uint64_t trials, double confidence, bool is_plain);
 
-/// A weighted estimate, and how far to trust it.
+/// A weighted estimate, and whether to trust it.
 struct WeightedProbability {
   double value = 0;
   Interval interval;

@@ -1,5 +1,5 @@
 #pragma once
-/// Frames, and what a perfect tool reads at an attitude. The notation table is docs/conventions.md.
+/// Frames, and the readings of a perfect tool at an attitude. The notation table is docs/conventions.md.
 ///
 ///   N  navigation: x north, y east, z down (NEV). Azimuths are clockwise from north; `azimuth` in an Attitude is the
 ///      magnetic one (true azimuth - declination) wherever it meets a magnetic field.
@@ -56,7 +56,7 @@ inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 }
 inline Vec3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// What the tool sees at a station, free of errors: the linearisations need no angle.
+/// Error-free readings of a station, as the linearisations take them: without angles.
 struct StationFields {
   Vec3<double> field_T;  ///< magnetic field, nT
   Vec3<double> down_T;   ///< direction of gravity, unit vector
@@ -108,7 +108,8 @@ struct FieldFrame {
 FieldFrame field_frame(const StationFields& station);
 
 /// Attitude from accelerometer (pointing down) and magnetometer triads; azimuth is magnetic, in [0, 2 pi).
-/// In a vertical hole only their sum (down) or difference (up) exists: toolface is 0 there, azimuth has it all.
+/// In a vertical hole only the sum of azimuth and toolface (down) or their difference (up) exists: toolface is 0 there,
+/// and azimuth is that angle.
 Attitude attitude_from_fields(const Vec3<double>& g_T, const Vec3<double>& b_T);
 
 /// Rotates the horizontal part of a vector from magnetic to true north: declination in rad, positive east.

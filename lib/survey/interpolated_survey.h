@@ -9,7 +9,7 @@ namespace surveymc::survey {
 
 struct InterpolatedSurvey {
   Survey survey;
-  std::vector<std::size_t> given;  ///< where the stations of the given survey are in it
+  std::vector<std::size_t> given;  ///< index of each station of the given survey
 };
 
 /// The survey with more stations: every interval that is longer than `spacing` (m) is divided evenly, into parts of at
@@ -20,7 +20,7 @@ struct InterpolatedSurvey {
 /// nothing there.
 InterpolatedSurvey interpolated(const Survey& survey, double spacing);
 
-/// How many stations it has; doubles, as a mistaken spacing gives more than can be counted.
+/// Number of its stations; a double, because a mistaken spacing gives more than an integer holds.
 double interpolated_stations(const Survey& survey, double spacing);
 
 /// The longest distance between neighbours, m.

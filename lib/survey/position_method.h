@@ -5,7 +5,7 @@
 
 namespace surveymc::survey {
 
-/// How intervals between stations are drawn.
+/// Path between two stations.
 enum class PositionMethod { minimum_curvature, balanced_tangential };
 
 template <class T>
@@ -23,8 +23,8 @@ inline IntervalDerivatives interval_derivatives(PositionMethod method, double dm
 
 /// Goes from interval to interval: visit(k, d, arriving) for every station k after the first. d: displacement of the
 /// interval from k - 1 to k by the tangents of both; arriving: of the interval before by the tangent of k - 1, zero for
-/// the first. So arriving + d.by_from is what the tangent of k - 1 does to all positions from k on, and d.by_to what
-/// the tangent of k does to its own.
+/// the first. So arriving + d.by_from is the derivative of all positions from k on by the tangent of k - 1, and
+/// d.by_to that of position k by its own tangent.
 template <class Visit>
 void walk_intervals(PositionMethod method, const std::vector<double>& md, const std::vector<Vec3<double>>& tangents,
                     Visit visit) {

@@ -49,10 +49,11 @@ class LaneArray {
   std::unique_ptr<double[], Free> data_;
 };
 
-/// Number of groups that hold `trials`; the last one may be partly unused (its spare lanes hold trials nobody counts).
+/// Number of groups that hold `trials`; the last one may be partly unused (its spare lanes hold trials that are not
+/// counted).
 constexpr int groups_for(int trials) { return (trials + simd::kGroup - 1) / simd::kGroup; }
 
-/// What the tool and the reference say, for a batch of trials. A value: fill it, hand it on.
+/// Readings of the tool and the reference, for a batch of trials; a plain value.
 struct ReadingBlock {
   ReadingBlock(int trial_count, int station_count, bool noisy_down, bool reference_per_station)
       : trials(trial_count),
@@ -76,7 +77,7 @@ struct ReadingBlock {
   LaneArray down;        ///< rows 3 k + axis: unit vector of gravity at station k, tool frame, from the accelerometers
   LaneArray reference;   ///< rows reference_stride k + {0, 1}: horizontal and vertical reference field, nT
   bool has_assumed_sd = false;
-  LaneArray assumed_sd;  ///< rows 3 k + axis: the sd (nT) that a weighted estimator shall assume, where it varies
+  LaneArray assumed_sd;  ///< rows 3 k + axis: the sd (nT) that a weighted estimator assumes, where it varies
 };
 
 }  // namespace surveymc::survey

@@ -1,7 +1,7 @@
 #pragma once
 namespace surveymc::survey {
 
-/// The reference field at the well: what a global model or a survey says it is.
+/// The reference field at the well, by a global model or a magnetic survey.
 struct ReferenceField {
   double gravity = 9.80665;  ///< m/s2
   double total = 0;          ///< nT

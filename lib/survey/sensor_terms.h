@@ -5,7 +5,7 @@
 namespace surveymc::survey {
 
 inline constexpr int kSensorTerms = 12;
-/// Where the three axes x, y, z of each kind begin. The order is part of the address of random numbers.
+/// Index of the first of the three axes x, y, z of each kind. The order is part of the address of random numbers.
 enum SensorTerm {
   kAccelerometerBias = 0,   ///< m/s2
   kAccelerometerScale = 3,  ///< 1

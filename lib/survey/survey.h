@@ -32,7 +32,7 @@ struct Survey {
 /// Directions of the hole at all stations, in N, true north.
 std::vector<Vec3<double>> true_tangents(const Survey& survey);
 
-/// What is wrong with a survey, for a message: empty if nothing is. Rules: at least two stations, measured depth
+/// A fault of a survey, for a message; empty if there is none. Rules: at least two stations, measured depth
 /// strictly increasing, inclination in [0, 180] deg, dogleg between neighbours below 180 deg.
 struct SurveyDefect {
   int station = -1;  ///< index of the offending station; -1 if the survey as a whole
@@ -42,8 +42,8 @@ SurveyDefect find_defect(const Survey& survey);
 
 /// The station at a measured depth (m), the nearest if there are several; nothing if there is none.
 std::optional<std::size_t> station_at(const Survey& survey, double md);
-/// A measured depth (m) that somebody wrote, as the survey has it: that of the station there, or the depth itself
-/// between stations; nothing beyond the ends of the survey.
+/// A measured depth (m) of a config as the survey has it: that of the station there, or the depth itself between
+/// stations; nothing beyond the ends of the survey.
 std::optional<double> depth_on(const Survey& survey, double md);
 
 /// Attitude of a station relative to magnetic north.

@@ -5,7 +5,7 @@
 
 namespace surveymc::survey {
 
-/// What tells a reader whether a survey is the one that was meant. Radians, metres.
+/// Figures by which a reader sees whether a survey is the one that was meant. Radians, metres.
 struct SurveySummary {
   int stations = 0;
   double first_md = 0, last_md = 0;
@@ -14,7 +14,7 @@ struct SurveySummary {
 };
 SurveySummary summary_of(const Survey& survey);
 
-/// Angle that the hole turns by between two stations, rad, in [0, pi]; right to the last digits for small ones.
+/// Angle that the hole turns by between two stations, rad, in [0, pi]; accurate to the last digits when small.
 double dogleg(const Station& a, const Station& b);
 /// dogleg() of every station and the one before; 0 for the first.
 std::vector<double> doglegs(const Survey& survey);

@@ -1,12 +1,12 @@
 #pragma once
-/// How the tool is turned at each station: what tells a slid from a rotated hole.
+/// How the tool is turned at each station: slid or rotated.
 #include <vector>
 
 #include "survey/survey.h"
 
 namespace surveymc::survey {
 
-/// Where a station's toolface comes from.
+/// Source of a station's toolface.
 enum class ToolfaceSource {
   given,  ///< known beforehand
   slide,  ///< one draw a run, shared by all stations of the slide
