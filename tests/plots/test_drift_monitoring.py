@@ -90,8 +90,8 @@ class Captions(unittest.TestCase):
         bands = [c.get_paths()[0].get_extents() for c in verdicts.axes[0].collections if isinstance(c, PolyCollection)]
         for (formulation, quantity, _), band in zip(mwd_drift_figures.ROWS, bands, strict=False):
             margin = comparison.row(formulation=formulation, quantity=quantity)["margin"]
-            np.testing.assert_allclose((band.y0, band.y1), (1 - margin, 1 + margin), rtol=1e-12)
-        self.assertEqual(len(bands), 3)
+            np.testing.assert_allclose((band.x0, band.x1), (1 - margin, 1 + margin), rtol=1e-12)
+        self.assertEqual(len(bands), 4)
         self.assertIn("1 \N{PLUS-MINUS SIGN} 0.02 to 0.06", words(verdicts))
 
 

@@ -48,13 +48,13 @@ class Drawing(unittest.TestCase):
 
     def test_points_that_ran_different_numbers_of_trials(self):
         for study, table, draw_all in (("vertical_well", "ellipse", lambda t, keys: vertical_well.ratio_figure(
-                                            "t", t, keys, reading.sweep_points(t, keys), 0.03)),
+                                            "t", t, keys, reading.sweep_points(t, keys))),
                                        ("sensor_monte_carlo", "axes", lambda t, keys: sensor_monte_carlo.axes_figure(
                                            "t", t, keys, 0.03))):
             with reading.open_result(os.path.join(FOLDER, f"{study}.h5"), study) as file:
                 t, config = reading.read_table(file, table), reading.configuration(file)
             t["trials"][-1] = 21504
-            said = " ".join(x.get_text() for x in draw_all(t, reading.sweep_keys(config, t)).texts)
+            said = " ".join(x.get_text().replace("\n", " ") for x in draw_all(t, reading.sweep_keys(config, t)).texts)
             self.assertIn(f"{wording.grouped(int(t['trials'][0]))} to {wording.grouped(21504)} runs a", said)
 
     def test_a_point_that_is_not_there(self):

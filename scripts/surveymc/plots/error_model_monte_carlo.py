@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 
-from . import drawing, geometry, reading, saving, wording
+from . import drawing, geometry, ratios, reading, saving, wording
 from .reading import PlotError
 
 MULTIPLIER = "errors.multiplier"
@@ -24,7 +24,7 @@ INCLINATION, AZIMUTH, VERTICAL = "well.inclination_deg", "well.azimuth_deg", "er
 AXES = ("largest", "middle", "smallest")
 COLORS, LINES, MARKERS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222"), ("-", (0, (6, 2)), (0, (3, 1.5))), "os^vD"
 MOST_LINES, MOST_SOURCES = 5, 20
-TIMES = "\N{MULTIPLICATION SIGN}"
+TIMES, DEGREE = "\N{MULTIPLICATION SIGN}", "\N{DEGREE SIGN}"
 
 
 def some(values, most):
@@ -42,66 +42,31 @@ def at_size(table, size):
     return table.where(lambda i: table[MULTIPLIER][i] == size) if table is not None and MULTIPLIER in table else table
 
 
-def rows_of(table, formulation, quantity):
-    return table.where(lambda i: table["formulation"][i] == formulation and table["quantity"][i] == quantity
-                       and np.isfinite(table["ratio"][i]))
-
-
 # --- 1: ratio against size ------------------------------------------------------------------------------------------
 
 
 def ratio_figure(title, axes, keys, margin):
     """Columns: axes; rows: the other keys of the sweep; lines: depths, and the second order of each depth, dashed."""
     others = [k for k in keys if k != MULTIPLIER]
-    points = some(reading.sweep_points(axes, others), 4)
     depths = some(sorted(set(axes["md_m"])), MOST_LINES)
-    height = 1.75 + (3.2 if others else 3.0) * len(points)
-    figure, panels = plt.subplots(len(points), 3, figsize=(12.0, height), sharex=True, squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.985, top=1 - (1.35 if others else 1.1) / height, bottom=1.05 / height, hspace=0.42, wspace=0.22)
-    drawing.heading(figure, title, "Monte-Carlo over predicted standard deviation along the axes of the predicted "
-                     f"ellipsoid (minimum_curvature). {wording.trials_text(axes)} a point.")
-    for line, point in zip(panels, points):
-        here = reading.at_point(axes, others, point)
-        for axis, ax in enumerate(line, 1):
-            drawing.band(ax, margin)
-            for c, md in enumerate(depths):
-                rows = rows_of(here, "minimum_curvature", f"sd_axis_{axis}")
-                rows = rows.where(lambda i: rows["md_m"][i] == md)
-                if not rows.rows:
-                    continue
-                order = np.argsort(sizes_of_rows(rows))
-                x = sizes_of_rows(rows)[order] * 1.02 ** (c - (len(depths) - 1) / 2)
-                y, low, high = (1 / rows[k][order] for k in ("ratio", "ratio_ci_high", "ratio_ci_low"))
-                ax.errorbar(x, y, yerr=[np.maximum(y - low, 0), np.maximum(high - y, 0)], color=COLORS[c],
-                            marker=MARKERS[c], markersize=5.5, elinewidth=1.2, linewidth=1.6)
-                second = here.where(lambda i: here["formulation"][i] == "second_order" and here["md_m"][i] == md
-                                    and here["quantity"][i] == f"sd_axis_{axis}" and np.isfinite(here["analytic"][i]))
-                if second.rows == rows.rows:
-                    expected = second["analytic"] / rows["analytic"]
-                    ax.plot(sizes_of_rows(second)[order], expected[order], color=COLORS[c], linestyle=(0, (4, 2)),
-                            linewidth=1.1, zorder=1.5)
-            name = f"{AXES[axis - 1]} axis"
-            words = wording.point_name(others, point) if axis == 1 else ""
-            ax.set_title(f"{words}\n{name}" if others else name, loc="left")
-            ax.set_xscale("log")
-        line[0].set_ylabel("Monte Carlo / predicted")
-    sizes = sizes_of(axes)
-    for ax in panels[-1]:
-        ax.set_xlabel("Size of the errors (1: the model's own)")
-    for ax in panels.flat:
-        drawing.plain_log_axis(ax.xaxis, sizes[0] / 1.2, sizes[-1] * 1.2)
-        ax.set_xticks(sizes)
-        ax.set_xlim(sizes[0] / 1.3, sizes[-1] * 1.3)
-    handles = [Line2D([], [], color=COLORS[c], marker=MARKERS[c], label=f"{md:g} m") for c, md in enumerate(depths)]
-    if "second_order" in axes["formulation"]:
-        handles.append(Line2D([], [], color="#444444", linestyle=(0, (4, 2)), linewidth=1.1, label="second order"))
-    handles += [drawing.interval_handle(axes.confidence), *drawing.margin_handle(margin)]
-    figure.legend(handles=handles, loc="lower center", ncol=8, bbox_to_anchor=(0.5, 0.06 / height))
-    return figure
-
-
-def sizes_of_rows(rows):
-    return np.asarray(rows[MULTIPLIER]) if MULTIPLIER in rows else np.ones(rows.rows)
+    looks = {f"{md:g} m": (COLORS[c], "-", MARKERS[c]) for c, md in enumerate(depths)}
+    panels = []
+    for point in some(reading.sweep_points(axes, others), 4):
+        for axis, word in enumerate(AXES, 1):
+            here = reading.at_point(axes, [*others, "quantity"], [*point, f"sd_axis_{axis}"])
+            shown, second = {}, {}
+            for label, md in zip(looks, depths):
+                rows = here.where(lambda i: here["formulation"][i] == "minimum_curvature" and here["md_m"][i] == md and np.isfinite(here["ratio"][i]))
+                more = here.where(lambda i: here["formulation"][i] == "second_order" and here["md_m"][i] == md and np.isfinite(here["analytic"][i]))
+                if rows.rows:
+                    shown[label] = rows
+                if rows.rows and more.rows == rows.rows and MULTIPLIER in rows:
+                    order = np.argsort(rows[MULTIPLIER])
+                    second[label] = rows[MULTIPLIER][order], (more["analytic"] / rows["analytic"])[order]
+            panels.append((", ".join(filter(None, (wording.point_name(others, point), f"{word} axis"))), shown, "", second))
+    return ratios.curves_figure(title, "Monte-Carlo over predicted standard deviation along the axes of the predicted ellipsoid (minimum curvature). "
+                                f"{wording.trials_text(axes)} a point.", panels, looks, MULTIPLIER, axes.confidence, margin,
+                                "size of the errors (1: the model's own)", sizes_of(axes), is_found_over_predicted=True)
 
 
 # --- 2: cloud -------------------------------------------------------------------------------------------------------
@@ -115,8 +80,7 @@ def matrix(row):
 def cloud_figure(title, covariances, samples, ellipses, md):
     """Rows: plan (north up) and vertical section along the mean azimuth; a column a size."""
     sizes = some(sizes_of(covariances), 4)
-    figure, panels = plt.subplots(2, len(sizes), figsize=(3.4 * len(sizes) + 0.8, 8.2), squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.86, bottom=0.12, hspace=0.3, wspace=0.34)
+    figure, panels = plt.subplots(2, len(sizes), figsize=(max(3.4 * len(sizes) + 0.8, 6.4), 8.2), squeeze=False, layout="constrained")
     row = ellipses.row(formulation="minimum_curvature", md_m=md)
     azimuth = np.degrees(np.arctan2(row["center_east_m"], row["center_north_m"])) if row else 0.0
     count = 0
@@ -155,7 +119,7 @@ def cloud_figure(title, covariances, samples, ellipses, md):
                Line2D([], [], color="#D55E00", linewidth=1.5, label="predicted, 1, 2, 3\N{GREEK SMALL LETTER SIGMA}"),
                Line2D([], [], color="black", marker="+", linestyle="none", markersize=9, label="true position"),
                Line2D([], [], color="#222222", marker="x", linestyle="none", label="mean of the realisations")]
-    figure.legend(handles=handles, loc="lower center", ncol=4, bbox_to_anchor=(0.5, 0.01))
+    drawing.legend_below(figure, handles)
     return figure
 
 
@@ -168,8 +132,7 @@ def sources_figure(title, table, md):
     wanted = [min(sizes, key=lambda s: abs(np.log(s)))]
     if sizes[-1] > wanted[0]:
         wanted.append(sizes[-1])
-    figure, panels = plt.subplots(1, len(wanted), figsize=(6.2 * len(wanted), 8.0), squeeze=False)
-    figure.subplots_adjust(left=0.1 if len(wanted) > 1 else 0.17, right=0.98, top=0.87, bottom=0.12, wspace=0.24)
+    figure, panels = plt.subplots(1, len(wanted), figsize=(6.2 * len(wanted), 8.0), squeeze=False, layout="constrained")
     for ax, size in zip(panels[0], wanted):
         here = at_size(table, size)
         here = here.where(lambda i: here["md_m"][i] == md and here["quantity"][i] == "sd_along"
@@ -193,8 +156,7 @@ def sources_figure(title, table, md):
         ax.grid(axis="y", visible=False)
     drawing.heading(figure, title, f"Single sources at {md:g} m, the largest {min(MOST_SOURCES, len(order))}. First order has "
                      "nothing across and no shift.")
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.01))
+    drawing.legend_below(figure, panels[0][0].get_legend_handles_labels()[0])
     return figure
 
 
@@ -205,7 +167,6 @@ def map_figure(title, axes, ellipses, md):
     """Columns: sizes; rows: Monte Carlo over predicted of the smallest axis, coverage of the 3-sigma ellipse."""
     sizes = some(sizes_of(axes), 4)
     figure, panels = plt.subplots(2, len(sizes), figsize=(3.9 * len(sizes) + 1.2, 8.4), squeeze=False, layout="constrained")
-    figure.get_layout_engine().set(rect=(0, 0, 1, 0.9))
     ratio = axes.where(lambda i: axes["md_m"][i] == md and axes["quantity"][i] == "sd_axis_3"
                        and axes["formulation"][i] == "minimum_curvature")
     cover = ellipses.where(lambda i: ellipses["md_m"][i] == md and ellipses["formulation"][i] == "minimum_curvature")
@@ -231,13 +192,13 @@ def map_figure(title, axes, ellipses, md):
             ax.set_yticks(range(len(inclinations)), [f"{i:g}" for i in inclinations])
             ax.set_title(f"{label if size == sizes[0] else ''}\nerrors {TIMES} {size:g}", loc="left")
             ax.grid(False)
-        line[0].set_ylabel("Inclination (deg)")
+        line[0].set_ylabel(f"Inclination ({DEGREE})")
         bar = figure.colorbar(image, ax=list(line), pad=0.01, format="%g",
                               ticks=[t for t in ((0.5, 1, 2, 5, 10, 20, 50, 100) if high - low > 0.6 else
                                         (0.5, 0.7, 1, 1.2, 1.5, 2, 3, 5)) if 10**low <= t <= 10**high])
         bar.ax.minorticks_off()
     for ax in panels[-1]:
-        ax.set_xlabel("Azimuth (deg)")
+        ax.set_xlabel(f"Azimuth ({DEGREE})")
     drawing.heading(figure, title, f"At {md:g} m. {wording.trials_text(axes)} a cell; a normal distribution has "
                      f"{100 * (1 - geometry.ellipse_coverage(3)):.1f} % outside the ellipse.")
     return figure

@@ -19,8 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from . import drawing, geometry, reading, saving, wording
-from .drawing import LOOK, PROPAGATIONS, PUBLISHED, VERDICT_MARKER, band, interval_handle, margin_handle
+from . import drawing, geometry, ratios, reading, saving, wording
+from .drawing import LOOK, PROPAGATIONS, PUBLISHED
 from .reading import PlotError, is_zero_to_first_order
 from .wording import SIGMA, counts_text, grouped, number, trials_text
 
@@ -266,95 +266,26 @@ def panel_unit(largest, unit):
 # --- 3: ratio -------------------------------------------------------------------------------------------------------
 
 
-def ratio_figure(title, table, margin, confidence):
-    """Predicted over Monte-Carlo sd: three directions; in each the propagations and what was published."""
-    groups = []
+def ratio_figure(title, table, confidence):
+    """Predicted over Monte-Carlo sd: a panel a direction, a line a propagation."""
+    panels, wrong_on_purpose, zero = [], set(), []
     for d, label in DIRECTIONS:
-        slots = []
-        for f in PROPAGATIONS:
-            row = table.row(quantity=f"sigma3_{d}", formulation=f)
-            if row is not None:
-                slots.append((f, row))
-                if np.isfinite(row["published_ratio"]) and row["published_ratio"] > 0:
-                    slots.append(("published", row))
-        if slots:
-            groups.append((label, slots))
-    if not groups:
+        found = {f: table.row(quantity=f"sigma3_{d}", formulation=f) for f in PROPAGATIONS}
+        found = {f: row for f, row in found.items() if row is not None}
+        if not found:
+            continue
+        sd = next(iter(found.values()))["monte_carlo"] / 3
+        if all(map(is_zero_to_first_order, found.values())):
+            zero.append(f"{label}: zero to first order, Monte Carlo 1{SIGMA} = {length(sd)}.")
+        else:
+            panels.append((f"{label}: Monte Carlo 1{SIGMA} = {length(sd)}", {f: [(row, "", False)] for f, row in found.items()}))
+            wrong_on_purpose |= {LOOK[f]["label"] for f, row in found.items() if row["expected"] == "differs"}
+    if not panels:
         raise PlotError("table 'position' has no rows sigma3_north, sigma3_east, sigma3_vertical")
-    figure, ax = plt.subplots(figsize=(11.5, 6.8))
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.88, bottom=0.24)
-    figure.suptitle(title, x=0.02, y=0.985, ha="left")
-    figure.text(0.02, 0.935, "Predicted standard deviation of the final position over the Monte-Carlo one. "
-                f"{trials_text(table)}.", ha="left", va="top")
-    band(ax, margin)
-    ax.set_yscale("log")
-    low, high, x, wrong_on_purpose, verdicts, places, names = 0.8, 1.25, 0.0, [], set(), [], []
-    for label, slots in groups:
-        if places:
-            ax.axvline(x - 0.1, color="#BBBBBB", linewidth=0.8)
-            x += 0.8
-        first = x
-        nothing = all(is_zero_to_first_order(row) for f, row in slots if f != "published")
-        for f, row in slots:
-            places.append(x)
-            names.append(f)
-            if f == "published":
-                value = row["published_ratio"]
-                ax.plot(x, value, marker="s", color=PUBLISHED, markersize=6.5, zorder=4)
-                annotate_ratio(ax, x, value, value, f"{value:.3f}")
-                low, high = min(low, value), max(high, value)
-            elif np.isfinite(row["ratio"]) and not is_zero_to_first_order(row):
-                value, below, above = row["ratio"], row["ratio_ci_low"], row["ratio_ci_high"]
-                ax.errorbar(x, value, yerr=[[value - below], [above - value]], color=LOOK[f]["color"], zorder=4,
-                            fmt=VERDICT_MARKER.get(row["verdict"], "s"), markersize=7.5, elinewidth=1.6, capsize=4)
-                annotate_ratio(ax, x, value, above if value >= 1 else below, f"{value:.3f}\n{below:.3f} to {above:.3f}")
-                low, high = min(low, below if below > 0 else value), max(high, above)
-                verdicts.add(row["verdict"])
-                if row["expected"] == "differs" and f not in wrong_on_purpose:
-                    wrong_on_purpose.append(f)
-            elif not nothing:
-                text = "zero to first order" if np.isfinite(row["ratio"]) else "no estimates"
-                ax.annotate(text, (x, 1), xytext=(0, 10), textcoords="offset points", rotation=90,
-                            ha="center", va="bottom", style="italic", fontsize=9)
-            x += 1
-        middle = (first + x - 1) / 2
-        ax.annotate(f"{label}\nMonte Carlo 1{SIGMA} = {length(slots[0][1]['monte_carlo'] / 3)}", (middle, 0),
-                    xycoords=("data", "axes fraction"), xytext=(0, -24), textcoords="offset points", ha="center",
-                    va="top", weight="bold")
-        if nothing:
-            ax.annotate("zero to first order:\nnothing to compare", (middle, 1), xytext=(0, 26), ha="center",
-                        textcoords="offset points", va="bottom", style="italic")
-    tall = 72 * figure.get_figheight() * ax.get_position().height  # points
-    room = 60 if "published" in names else 40  # for the text at the outermost marker; beside each other, for two
-    beyond = (high / low) ** (room / (tall - 2 * room))
-    low, high = low / beyond, high * beyond
-    ax.set_ylim(low, high)
-    drawing.plain_log_axis(ax.yaxis, low, high)
-    ax.set_ylabel("Predicted / Monte-Carlo standard deviation")
-    ax.set_xticks(places)
-    ax.set_xticklabels([LOOK[f]["label"] if f in LOOK else f for f in names])
-    for tick, f in zip(ax.get_xticklabels(), names):
-        tick.set_fontsize(9 if len(names) < 13 else 7)
-        tick.set_color(LOOK[f]["color"] if f in LOOK else PUBLISHED)
-    ax.set_xlim(-0.7, x - 0.3)
-    ax.grid(False, axis="x")
-    ax.tick_params(axis="x", length=0)
-    handles = [Line2D([], [], linestyle="none", marker=VERDICT_MARKER[v], color="#444444", label=v)
-               for v in VERDICT_MARKER if v in verdicts]
-    handles.append(interval_handle(confidence))
-    handles += margin_handle(margin)
-    if "published" in names:
-        handles.append(Line2D([], [], linestyle="none", marker="s", color=PUBLISHED, label="published / Monte Carlo"))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.055))
+    text = " ".join([f"Predicted over Monte-Carlo standard deviation of the final position. {trials_text(table)}.", *zero])
     if wrong_on_purpose:
-        figure.text(0.5, 0.025, f"Expected to differ, being wrong on purpose: {', '.join(wrong_on_purpose)}.",
-                    ha="center", va="bottom", fontsize=9, color="#444444")
-    return figure
-
-
-def annotate_ratio(ax, x, value, end, text):
-    """The numbers of a marker, beyond the end of its interval and away from the line at 1."""
-    drawing.label_points(ax, text, (x, value), end, value >= 1, fontsize=8.5, linespacing=1.15)
+        text += f" Expected to differ, being wrong on purpose: {', '.join(sorted(wrong_on_purpose))}."
+    return ratios.lines_figure(title, text, panels, {f: (LOOK[f]["label"], LOOK[f]["color"]) for f in PROPAGATIONS}, confidence)
 
 
 def length(metres):
@@ -368,62 +299,26 @@ def length(metres):
 def noise_scale_figure(title, table, keys, margin, confidence):
     """Ratio of the joint prediction against the noise: it tends to 1 where only nonlinearity kept it away."""
     others = [k for k in keys if k != "noise.scale"]
-    curves = reading.sweep_points(table, others)
+    curves = {wording.point_name(others, c) or "joint": c for c in reading.sweep_points(table, others)}
     joint = table.where(lambda i: table["formulation"][i] == "joint")
-    figure, panels = plt.subplots(1, 3, figsize=(12.0, 6.0), sharey=True)
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.81, bottom=0.19, wspace=0.06)
-    figure.suptitle(title, x=0.02, y=0.98, ha="left")
-    figure.text(0.02, 0.925, "Joint prediction over Monte-Carlo standard deviation of the final position. "
-                f"{counts_text(table['trials'])} trials a point.\n"
-                "All points use the same random numbers: an offset that all of them share is sampling error.",
-                ha="left", va="top", linespacing=1.4)
     markers, lines = "osD^vP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
-    scales = sorted(set(table["noise.scale"]))
-    low, high = 1 - 1.3 * (margin or 0.03), 1 + 1.3 * (margin or 0.03)
-    for ax, (d, label) in zip(panels, DIRECTIONS):
-        band(ax, margin)
-        zero = []
-        for c, curve in enumerate(curves):
-            rows = reading.at_point(joint, others, curve).where(lambda i: True)
-            rows = rows.where(lambda i: rows["quantity"][i] == f"sigma3_{d}")
-            keep = [i for i in range(rows.rows) if np.isfinite(rows["ratio"][i])
-                    and not is_zero_to_first_order({k: rows[k][i] for k in ("analytic", "ratio")})]
-            if not keep:
-                zero.append(wording.point_name(others, curve))
-                continue
-            keep.sort(key=lambda i: rows["noise.scale"][i])
-            # Side by side, not on top of each other: 3 % of the abscissa apart.
-            x = rows["noise.scale"][keep] * 1.035 ** (c - (len(curves) - 1) / 2)
-            y, y0, y1 = (rows[k][keep] for k in ("ratio", "ratio_ci_low", "ratio_ci_high"))
-            ax.errorbar(x, y, yerr=[y - y0, y1 - y], marker=markers[c % len(markers)], linestyle=lines[c % len(lines)],
-                        color=palette[c % len(palette)], elinewidth=1.2, markersize=6)
-            low, high = min(low, y0.min()), max(high, y1.max())
-        ax.set_xscale("log")
-        ax.set_xlim(scales[0] / 1.25, scales[-1] * 1.25)
-        drawing.plain_log_axis(ax.xaxis, scales[0] / 1.25, scales[-1] * 1.25)
-        ax.set_xticks(scales)
-        ax.set_title(label)
-        ax.set_xlabel("Noise scale (1: as in the config)")
-        if zero:
-            ax.annotate(f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(curves)} curves'}:\nzero to first order, not drawn", (0.04, 0.04), xycoords="axes fraction",
-                        va="bottom", style="italic", fontsize=9)
-    spread = high - low
-    panels[0].set_ylim(low - 0.06 * spread, high + 0.06 * spread)
-    if high > 3 * low > 0:
-        panels[0].set_yscale("log")
-        panels[0].set_ylim(low / 1.1, high * 1.1)
-        drawing.plain_log_axis(panels[0].yaxis, low / 1.1, high * 1.1)
-    panels[0].set_ylabel("Predicted / Monte-Carlo standard deviation")
-    handles = [Line2D([], [], marker=markers[c % len(markers)], linestyle=lines[c % len(lines)],
-                      color=palette[c % len(palette)], label=wording.point_name(others, curve) or "joint")
-               for c, curve in enumerate(curves)]
-    handles.append(interval_handle(confidence))
-    handles += margin_handle(margin)
-    columns = drawing.legend_columns(figure, handles)
-    figure.subplots_adjust(bottom=0.15 + 0.045 * -(-len(handles) // columns))
-    figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.02))
-    return figure
+    looks = {name: (palette[c % len(palette)], lines[c % 4], markers[c % 8]) for c, name in enumerate(curves)}
+    panels = []
+    for d, label in DIRECTIONS:
+        shown = {}
+        for name, curve in curves.items():
+            rows = reading.at_point(joint, [*others, "quantity"], [*curve, f"sigma3_{d}"])
+            rows = rows.where(lambda i: np.isfinite(rows["ratio"][i]) and not is_zero_to_first_order({k: rows[k][i] for k in ("analytic", "ratio")}))
+            if rows.rows:
+                shown[name] = rows
+        zero = [name for name in curves if name not in shown]
+        note = f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(curves)} curves'}:\nzero to first order, not drawn" if zero else ""
+        panels.append((label, shown, note, {}))
+    return ratios.curves_figure(title, "Joint prediction over Monte-Carlo standard deviation of the final position. "
+                                f"{counts_text(table['trials'])} trials a point. All points use the same random numbers: an offset that all of "
+                                "them share is sampling error.", panels, looks, "noise.scale", confidence, margin,
+                                "noise scale (1: as in the config)", sorted(set(table["noise.scale"])))
 
 
 # --------------------------------------------------------------------------------------------------------------------
@@ -464,7 +359,7 @@ def main():
             figures[prefix + "position"] = position_figure(heading, cloud, covariances, ellipses)
         if here["parameters"]:
             figures[prefix + "parameters"] = parameters_figure(heading, here["parameters"])
-        figures[prefix + "ratio"] = ratio_figure(heading, here["position"], margin, confidence)
+        figures[prefix + "ratio"] = ratio_figure(heading, here["position"], confidence)
     if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
         figures["noise_scale"] = noise_scale_figure(title, position, keys, margin, confidence)
     if not figures:

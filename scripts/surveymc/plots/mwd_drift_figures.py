@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..arguments import USAGE
-from . import drawing, reading, saving, wording
+from . import drawing, ratios, reading, saving, wording
 
 METHODS = {"channel_sprt": ("SPRT on each channel", "#0072B2", "-"), "bias_filter": ("bias filter", "#D55E00", "--")}
 ALARM, TRUTH, BAND = "#F0E442", "#222222", "#D55E00"
@@ -91,54 +91,20 @@ def detection_figure(title, curve, keys, points):
     return figure
 
 
-ROWS = (("bias_filter", "nis_mean", "Mean NIS\n(theory 3)"), ("bias_filter", "nis_within_95", "NIS below its\n95 % quantile"),
-        ("bias_filter", "nees_mean", "Mean NEES\n(theory 6)"),
-        ("channel_sprt", "p_alarm_without_drift", "False alarms\nof the SPRT"))
+ROWS = (("bias_filter", "nis_mean", "mean NIS"), ("bias_filter", "nis_within_95", "NIS below its 95 % quantile"),
+        ("bias_filter", "nees_mean", "mean NEES"), ("channel_sprt", "p_alarm_without_drift", "false alarms of the SPRT"))
 
 
 def verdicts_figure(title, comparison, keys, points):
-    """Theory over Monte Carlo; the band behind each quantity is that of its own margin."""
-    is_known = any(np.isfinite(r) for q, r in zip(comparison["quantity"], comparison["ratio"]) if q == ROWS[3][1])
-    figure, axes = plt.subplots(1, 1 + is_known, figsize=(12.0, 5.0), width_ratios=(3, 1)[:1 + is_known], squeeze=False, layout="constrained")
-    left = axes[0][0]
-    drawing.heading(figure, title, f"{wording.trials_text(comparison)} a point. Theory over Monte Carlo, {100 * comparison.confidence:g} % intervals. NIS and NEES: all six biases walk as "
-                     "the filter assumes; false alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.")
-    colours = plt.rcParams["axes.prop_cycle"].by_key()["color"]
-    seen, margins = [], []
-    for ax, rows in zip(axes[0], (ROWS[:3], ROWS[3:])):
-        ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
-        own = []
-        for x, (formulation, quantity, _) in enumerate(rows):
-            of = comparison.where(lambda i, f=formulation, q=quantity: (comparison["formulation"][i], comparison["quantity"][i]) == (f, q))
-            margin = np.min(of["margin"])
-            if not np.isfinite(margin):  # a row that is not judged has none
-                continue
-            ax.fill_between([x - 0.5, x + 0.5], 1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
-            own.append(margin)
-        margins += own
-        for n, point in enumerate(points):
-            table = reading.at_point(comparison, keys, point)
-            at = (n - (len(points) - 1) / 2) * min(0.16, 0.7 / len(points))
-            for x, (formulation, quantity, _) in enumerate(rows):
-                r = table.row(formulation=formulation, quantity=quantity)
-                if not np.isfinite(r["ratio"]):
-                    continue
-                # An end that is infinite lies outside the panel.
-                ends = [[r["ratio"] - r["ratio_ci_low"]], [min(r["ratio_ci_high"], 1e9) - r["ratio"]]]
-                ax.errorbar([x + at], [r["ratio"]], color=colours[n % len(colours)], marker="os^vDP"[n % 6], capsize=4,
-                            yerr=ends, linestyle="none",
-                            label=wording.point_name(keys, point) if x == 0 and ax is left and keys else None)
-                seen.append((ax, r["ratio_ci_low"], r["ratio_ci_high"]))
-        ax.set_xticks(range(len(rows)), [name for _, _, name in rows])
-        ax.set_xlim(-0.6, len(rows) - 0.4)
-        reach = np.exp(max([1.5 * np.log1p(max(own, default=0.1))] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends if 0 < r < np.inf]))
-        ax.set_yscale("log")
-        drawing.plain_log_axis(ax.yaxis, 1 / reach, reach)
-        ax.set_ylim(1 / reach, reach)
-        ax.set_ylabel("Theory / Monte Carlo")
-    band = drawing.margin_handle(min(margins), max(margins)) if margins else []
-    drawing.legend_below(figure, left.get_legend_handles_labels()[0] + band)
-    return figure
+    """Theory over Monte Carlo: a panel a point of the sweep, a line a quantity; the band of each is that of its own margin."""
+    panels = []
+    for point in points:
+        table = reading.at_point(comparison, keys, point)
+        rows = {label: table.row(formulation=f, quantity=q) for f, q, label in ROWS}
+        panels.append((wording.point_name(keys, point), {n: [(r, "", False)] for n, r in rows.items() if r is not None}))
+    return ratios.lines_figure(title, f"{wording.trials_text(comparison)} a point. Theory over Monte Carlo. NIS and NEES: all six biases walk as the filter "
+                               "assumes; false alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.", panels,
+                               {label: (label, METHODS[f][1]) for f, _, label in ROWS}, comparison.confidence, min(2, len(points)))
 
 
 def draw(file, stem, folder, point_number):

@@ -8,7 +8,6 @@ error of any size passes there (infinite). References that all stations share ar
 """
 
 import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
 
 from ..arguments import USAGE

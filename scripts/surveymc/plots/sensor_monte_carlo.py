@@ -15,10 +15,9 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
-from . import drawing, geometry, reading, saving, wording
+from . import drawing, geometry, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
@@ -46,80 +45,27 @@ def axes_figure(title, table, keys, margin):
     """Ratio along each axis. Columns: axes; rows: the other keys of the sweep; lines: depths, or formulations."""
     swept = MULTIPLIER in keys and len(set(table[MULTIPLIER])) > 1
     others = [k for k in keys if not (swept and k == MULTIPLIER)]
-    points = reading.sweep_points(table, others)
-    depths = sorted(set(table["md_m"]))
-    height = 1.75 + 2.9 * len(points)
-    figure, panels = plt.subplots(len(points), 3, figsize=(12.0, height), sharex=True, sharey="row", squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.985, top=1 - 1.1 / height, bottom=1.15 / height, hspace=0.32, wspace=0.08)
-    figure.suptitle(title, x=0.02, y=1 - 0.12 / height, ha="left")
-    figure.text(0.02, 1 - 0.42 / height, "Predicted (toolface-dependent covariance) over Monte-Carlo standard deviation "
-                if swept else "Predicted over Monte-Carlo standard deviation ", ha="left", va="top")
-    figure.texts[-1].set_text(figure.texts[-1].get_text() + "along the axes of the predicted ellipsoid, largest first. "
-                              f"{wording.counts_text(table['trials'])} runs a point.")
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
-    handles = []
-    for line, point in zip(panels, points):
-        here = reading.at_point(table, others, point)
-        low, high = 1 - 1.3 * (margin or 0.03), 1 + 1.3 * (margin or 0.03)
-        for axis, ax in enumerate(line, 1):
-            rows = here.where(lambda i: here["quantity"][i] == f"sd_axis_{axis}" and np.isfinite(here["ratio"][i]))
-            if margin:
-                ax.axhspan(1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
-            ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
-            curves = []
-            if swept:
-                for c, md in enumerate(some(depths)):
-                    keep = [i for i in range(rows.rows)
-                            if rows["md_m"][i] == md and rows["formulation"][i] == "toolface_dependent"]
-                    curves.append((keep, f"{md:g} m", palette[c % len(palette)], LINES[c % 4], MARKERS[c % 8], c,
-                                   MULTIPLIER))
-            else:
-                for c, (name, (label, color, style, marker)) in enumerate(FORMULATIONS.items()):
-                    keep = [i for i in range(rows.rows) if rows["formulation"][i] == name]
-                    curves.append((keep, label, color, style, marker, c, "md_m"))
-            handles = [Line2D([], [], color=color, linestyle=style, marker=marker, label=label)
-                       for _, label, color, style, marker, *_ in curves]
-            for keep, _, color, style, marker, c, x_key in curves:
-                if not keep:
-                    continue
-                keep.sort(key=lambda i: rows[x_key][i])
-                x, y = rows[x_key][keep], rows["ratio"][keep]
-                if swept:  # side by side, not on top of each other
-                    x = x * 1.025 ** (c - (len(curves) - 1) / 2)
-                ax.errorbar(x, y, yerr=[y - rows["ratio_ci_low"][keep], rows["ratio_ci_high"][keep] - y], color=color,
-                            linestyle=style, marker=marker, markersize=5.5, elinewidth=1.2)
-                low, high = min(low, rows["ratio_ci_low"][keep].min()), max(high, rows["ratio_ci_high"][keep].max())
-            zero = sorted({here["md_m"][i] for i in range(here.rows) if here["quantity"][i] == f"sd_axis_{axis}"
-                           and here["note"][i].startswith("zero to first order")})
-            if zero:
-                ax.annotate(f"zero to first order at {', '.join(f'{z:g}' for z in zero)} m, not drawn", (0.03, 0.04),
-                            xycoords="axes fraction", style="italic", fontsize=8.5)
-            name = ("largest", "middle", "smallest")[axis - 1] + " axis"
-            ax.set_title(name if not others else f"{wording.point_name(others, point)}: {name}")
-            if swept:
-                ax.set_xscale("log")
-        spread = high - low
-        line[0].set_ylim(low - 0.1 * spread, high + 0.06 * spread)
-        if high > 2 * low > 0:
-            line[0].set_yscale("log")
-            line[0].set_ylim(low / 1.35, high * 1.12)
-            drawing.plain_log_axis(line[0].yaxis, low / 1.35, high * 1.12)
-        line[0].set_ylabel("Predicted / Monte Carlo")
-    sizes = sorted(set(table[MULTIPLIER])) if swept else []
-    for ax in panels[-1]:
-        ax.set_xlabel("Size of the errors (1: as in the config)" if swept else "Measured depth (m)")
-        if not swept:
-            depth = sorted(set(table["md_m"]))  # a tick at an end would run into that of the panel beside
-            ax.xaxis.set_major_locator(MaxNLocator(5, prune="both") if len(depth) > 1 else FixedLocator(depth))
-        if swept:
-            drawing.plain_log_axis(ax.xaxis, sizes[0] / 1.2, sizes[-1] * 1.2)
-            ax.set_xticks(sizes)
-            ax.set_xlim(sizes[0] / 1.25, sizes[-1] * 1.25)
-    handles.append(Line2D([], [], color="#444444", marker="|", linestyle="none", markersize=11, markeredgewidth=1.6,
-                          label=f"{100 * table.confidence:g} % interval"))
-    if margin:
-        handles.append(Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}"))
-    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 8), bbox_to_anchor=(0.5, 0.08 / height))
+    if swept:
+        curves = {f"{md:g} m": {"formulation": "toolface_dependent", "md_m": md} for md in some(sorted(set(table["md_m"])))}
+        looks = {n: (palette[c % len(palette)], LINES[c % 4], MARKERS[c % 8]) for c, n in enumerate(curves)}
+    else:
+        curves = {look[0]: {"formulation": f} for f, look in FORMULATIONS.items()}
+        looks = {label: look for label, *look in FORMULATIONS.values()}
+    panels = []
+    for point in reading.sweep_points(table, others):
+        for axis, word in enumerate(("largest", "middle", "smallest"), 1):
+            here = reading.at_point(table, [*others, "quantity"], [*point, f"sd_axis_{axis}"])
+            finite = here.where(lambda i: np.isfinite(here["ratio"][i]))
+            shown = {n: reading.at_point(finite, list(of), list(of.values())) for n, of in curves.items()}
+            zero = sorted({m for m, note in zip(here["md_m"], here["note"]) if note.startswith("zero to first order")})
+            panels.append((", ".join(filter(None, (wording.point_name(others, point), f"{word} axis"))), {n: t for n, t in shown.items() if t.rows},
+                           f"zero to first order at {', '.join(f'{z:g}' for z in zero)} m, not drawn" if zero else "", {}))
+    figure = ratios.curves_figure(title, f"Predicted{' (toolface-dependent covariance)' if swept else ''} over Monte-Carlo standard deviation along "
+                                  f"the axes of the predicted ellipsoid, largest first. {wording.counts_text(table['trials'])} runs a point.", panels,
+                                  looks, MULTIPLIER if swept else "md_m", table.confidence, margin,
+                                  "size of the errors (1: as in the config)" if swept else "measured depth (m)",
+                                  sorted(set(table[MULTIPLIER])) if swept else ())
     return figure
 
 
@@ -129,20 +75,9 @@ def axes_figure(title, table, keys, margin):
 def ellipses_figure(title, point, samples, table):
     """A panel a depth, along and across the predicted major axis with separate scales: thin ellipses stay legible."""
     depths = some(sorted(set(table["md_m"])))
-    columns = min(len(depths), 3)
-    lines = -(-len(depths) // columns)
-    height = 1.75 + 3.6 * lines
-    figure, panels = plt.subplots(lines, columns, figsize=(12.0 if columns > 1 else 8.5, height), squeeze=False)
-    figure.subplots_adjust(left=0.075 if columns > 1 else 0.12, right=0.985, top=1 - 1.2 / height, bottom=1.05 / height,
-                           hspace=0.42, wspace=0.24)
-    figure.suptitle(title, x=0.02, y=1 - 0.12 / height, ha="left")
-    figure.text(0.02, 1 - 0.42 / height, "Horizontal position errors along and across the major axis of the "
-                f"toolface-dependent ellipse; scales differ.\n" + (f"{point}. " if point else "") +
-                f"Ellipses are 1{SIGMA}. Monte Carlo: {wording.counts_text(table['trials'])} runs" +
-                (f", the first {grouped(len(set(samples['trial'])))} drawn." if samples is not None and samples.rows
-                 else "."), ha="left", va="top", linespacing=1.4)
+    figure, panels = drawing.panels(len(depths), (4.0, 3.4))
     monte_carlo = drawing.LOOK["monte_carlo"]["color"]
-    for ax, md in zip(panels.flat, depths):
+    for ax, md in zip(panels, depths):
         here = table.where(lambda i: table["md_m"][i] == md)
         reference = here.row(formulation="toolface_dependent")
         if reference is None or here.row(formulation="monte_carlo") is None:
@@ -168,17 +103,16 @@ def ellipses_figure(title, point, samples, table):
         ax.set_xlabel(f"Along, azimuth {azimuth:.1f}\N{DEGREE SIGN} (m)")
         ax.xaxis.set_major_locator(MaxNLocator(6))
         ax.margins(0.05)
-    for line in panels:
-        line[0].set_ylabel("Across, to the left (m)")
-    for ax in list(panels.flat)[len(depths):]:
-        ax.set_visible(False)
+    panels[0].set_ylabel("Across, to the left (m)")
     handles = [Line2D([], [], color=monte_carlo, linewidth=3.2, label="Monte Carlo")]
     handles += [Line2D([], [], color=color, linestyle=line, linewidth=1.8, label=label)
                 for label, color, line, _ in FORMULATIONS.values()]
     handles.append(Line2D([], [], color="black", marker="+", linestyle="none", markersize=9, markeredgewidth=1.3,
                           label="true position"))
-    figure.legend(handles=handles, loc="lower center", ncol=5 if columns > 1 else 3,
-                  bbox_to_anchor=(0.5, 0.06 / height))
+    drawing.heading(figure, title, (f"{point}. " if point else "") + "Horizontal position errors along and across the major axis of the "
+                    f"toolface-dependent ellipse; scales differ. Ellipses are 1{SIGMA}. Monte Carlo: {wording.counts_text(table['trials'])} runs"
+                    + (f", the first {grouped(len(set(samples['trial'])))} drawn." if samples is not None and samples.rows else "."))
+    drawing.legend_below(figure, handles)
     return figure
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, geometry, reading, saving, wording
-from .drawing import VERDICT_MARKER
+from . import drawing, geometry, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
@@ -96,64 +95,18 @@ def axes_text(row):
 # --- 2: ratio -------------------------------------------------------------------------------------------------------
 
 
-def ratio_figure(title, table, keys, points, margin):
+def ratio_figure(title, table, keys, points):
     """Every formulation against Monte Carlo, one panel a sweep point, both axes of the ellipse."""
-    names = known_formulations(table)
-    columns = min(len(points), 2)
-    high = 0.3 * len(names) + 0.6 + 1.8 / -(-len(points) // columns)  # heading and legend need room in the figure of one panel too
-    figure, panels = drawing.panels(len(points), (4.6, high), columns=columns, least_wide=9, sharex=True, sharey=True)
-    low, high, verdicts = 1.0, 1.0, set()
-    for ax, point in zip(panels, points):
+    panels = []
+    for point in points:
         here = reading.at_point(table, keys, point)
-        if margin:
-            ax.axvspan(1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
-        ax.axvline(1, color="#444444", linewidth=1.0, zorder=1)
-        for i, name in enumerate(names):
-            row = here.row(formulation=name)
-            if row is None:
-                continue
-            verdicts.add(row["verdict"])
-            for axis, offset, face in (("major", -0.16, None), ("minor", 0.16, "white")):
-                value, a, b = (row[f"ratio_{axis}{end}"] for end in ("", "_ci_low", "_ci_high"))
-                ax.errorbar(value, i + offset, xerr=[[value - a], [b - value]], color=FORMULATIONS[name][1],
-                            fmt=VERDICT_MARKER.get(row["verdict"], "s"), markerfacecolor=face, markersize=6,
-                            elinewidth=1.4, capsize=3, zorder=4)
-                published = row.get(f"published_ratio_{axis}", np.nan)
-                if np.isfinite(published):
-                    ax.plot(published, i + offset, marker="x", color=drawing.PUBLISHED, markersize=7,
-                            markeredgewidth=1.6, zorder=5)
-                low, high = min(low, a), max(high, b)
-            same = abs(row["ratio_major"] - row["ratio_minor"]) < 0.05 * row["ratio_major"]
-            text = f"{row['ratio_major']:.3f}" if same else f"{row['ratio_major']:.3f}, {row['ratio_minor']:.4f}"
-            ax.annotate(text, (1, i), xycoords=("axes fraction", "data"), xytext=(5, 0), textcoords="offset points",
-                        va="center", fontsize=8.5)
-        ax.set_title(wording.point_name(keys, point) if keys else "")
-        ax.grid(False, axis="y")
-    first = panels[0]
-    first.set_yticks(range(len(names)))
-    first.set_yticklabels([FORMULATIONS[n][0] for n in names])
-    first.set_ylim(len(names) - 0.4, -0.6)
-    first.set_xscale("log")
-    first.set_xlim(low / 1.15, high * 1.15)
-    drawing.plain_log_axis(first.xaxis, low / 1.15, high * 1.15)
-    for ax in panels[-2:]:
-        ax.set_xlabel("Predicted / Monte-Carlo standard deviation")
-    handles = [Line2D([], [], linestyle="none", marker=VERDICT_MARKER[v], color="#444444",
-                      label=f"ellipse {v}" if v != "undecided" else v) for v in VERDICT_MARKER if v in verdicts]
-    handles += [Line2D([], [], linestyle="none", marker="o", color="#444444", label="major axis"),
-                Line2D([], [], linestyle="none", marker="o", color="#444444", markerfacecolor="white",
-                       label="minor axis"),
-                Line2D([], [], color="#444444", marker="|", linestyle="none", markersize=11, markeredgewidth=1.6,
-                       label=f"{100 * table.confidence:g} % interval, mostly within the marker")]
-    if any(np.isfinite(table[f"published_ratio_{a}"]).any() for a in ("major", "minor")):
-        handles.append(Line2D([], [], color=drawing.PUBLISHED, marker="x", linestyle="none", markeredgewidth=1.6,
-                              label="published"))
-    if margin:
-        handles.append(Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}"))
-    drawing.heading(figure, title, "Predicted over Monte-Carlo standard deviation of the last position (right: the numbers). "
-                    f"{wording.counts_text(table['trials'])} runs a panel.")
-    drawing.legend_below(figure, handles)
-    return figure
+        rows = {name: here.row(formulation=name) for name in known_formulations(table)}
+        panels.append((wording.point_name(keys, point), {n: [(r, "_major", False), (r, "_minor", True)] for n, r in rows.items() if r}))
+    axes = [Line2D([], [], linestyle="none", marker="o", color="#444444", markerfacecolor=face, label=f"{axis} axis")
+            for axis, face in (("major", "#444444"), ("minor", "white"))]
+    return ratios.lines_figure(title, "Predicted over Monte-Carlo standard deviation of the last position along the axes of its ellipse. "
+                               f"{wording.counts_text(table['trials'])} runs a panel.", panels,
+                               {n: look[:2] for n, look in FORMULATIONS.items()}, table.confidence, min(2, len(points)), axes)
 
 
 # --- 3: sequences ---------------------------------------------------------------------------------------------------
@@ -225,6 +178,5 @@ def main():
     if "drilling.sequence" in keys and sequences:
         figures["sequences"] = sequences_figure(title, sequences, keys)
     elif len(points) <= 12:
-        margin = float(config.get("verdict", {}).get("margin", 0))
-        figures["ratio"] = ratio_figure(title, ellipses, keys, points, margin)
+        figures["ratio"] = ratio_figure(title, ellipses, keys, points)
     saving.save_all(figures, arguments)
