@@ -9,6 +9,7 @@
   study(estimate, experiment, answer)                               \
   study(position_covariance, experiment, answer)                    \
   study(tool_code_map, experiment, answer)                          \
+  study(corrected_codes, experiment, answer)                        \
   study(error_model_monte_carlo, experiment, answer)                \
   study(clearance, experiment, answer)                              \
   study(collision, experiment, answer)                              \

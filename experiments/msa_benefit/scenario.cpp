@@ -7,64 +7,14 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/readings_analysis.h"
 #include "base/units.h"
-#include "config/suggest.h"
 #include "estimate/estimators.h"
-#include "estimate/observability.h"
 #include "msa_benefit/study.h"
 #include "scenario/reference_field.h"
 #include "scenario/scenario.h"
+#include "scenario/well_design.h"
 
 namespace surveymc::studies::msa_benefit {
 namespace {
-
-analysis::WellDesign read_well(config::ConfigReader& c, random::StudySeed seed) {
-  analysis::WellDesign w;
-  w.seed = seed;
-  w.kind = c.choice("well.kind", {"straight", "building"},
-                    "'straight': one direction; 'building': vertical, then at the build rate to the last station") ==
-                   "building"
-               ? analysis::WellKind::building
-               : analysis::WellKind::straight;
-  w.stations = static_cast<int>(c.integer("well.stations", 2, 10000, "stations that MSA uses"));
-  w.spacing = c.number("well.spacing_m", config::Range{0, 1000, true, false},
-                       "distance of the stations; random errors depend on it", 30);
-  // Given but unused values stay allowed, so that `kind` can be swept.
-  const double per_30m =
-      c.number("well.build_rate_deg_per_30m", config::Range{0, 90, true, false}, "build rate of the building well", 3);
-  if (w.kind == analysis::WellKind::building) {
-    w.build_rate = per_30m * kDegree / 30;
-    c.require(w.build_rate * w.spacing <= kPi / 2, "well.build_rate_deg_per_30m",
-              fmt::format("with well.spacing_m = {} there is more than 90 deg between two stations", w.spacing));
-  }
-  const std::string toolface = c.choice(
-      "well.toolface", {"even", "random", "constant"},
-      "'even': turns by 137.50776 deg a station; 'random': by the seed, the same for all directions; 'constant'",
-      "even");
-  w.toolface = toolface == "random"     ? analysis::ToolfaceSequence::random
-               : toolface == "constant" ? analysis::ToolfaceSequence::constant
-                                        : analysis::ToolfaceSequence::even;
-  if (w.toolface == analysis::ToolfaceSequence::random && !c.has("seed"))
-    c.fail("well.toolface", "\"random\" is drawn by the config's seed: give it, in the file's first lines");
-  return w;
-}
-
-std::array<bool, 6> read_estimated(config::ConfigReader& c) {
-  std::array<bool, 6> estimated{true, true, true, true, true, true};
-  if (!c.has("estimator.estimated")) return estimated;
-  estimated.fill(false);
-  for (const std::string& name : c.texts("estimator.estimated",
-                                         "parameters that are estimated, of gain_x to bias_z: the others are taken as "
-                                         "1 and 0, whatever they are; without it all six")) {
-    const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
-    if (at == estimate::kParameterNames.end())
-      c.fail("estimator.estimated",
-             config::none_of(name, {estimate::kParameterNames.begin(), estimate::kParameterNames.end()}));
-    bool& flag = estimated[static_cast<std::size_t>(at - estimate::kParameterNames.begin())];
-    c.require(!flag, "estimator.estimated", "\"" + name + "\" is there twice");
-    flag = true;
-  }
-  return estimated;
-}
 
 void read_verified(config::ConfigReader& c, Scenario& s) {
   for (config::ConfigReader& entry : c.tables("verify", "directions of the map in which trials are drawn, too")) {
@@ -106,13 +56,13 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180), "inclinations of the last station");
   s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360), "azimuths of the last station, from true north");
   s.field = scenario::read_field(c);
-  s.well = read_well(c, seed);
+  s.well = scenario::read_well_design(c, seed);
   s.spread = scenario::read_tool_spread(c);
   s.noise = scenario::read_noise(c);
   c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
   s.estimator = scenario::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
-  s.estimator.estimated = read_estimated(c);
+  s.estimator.estimated = scenario::read_estimated_parameters(c);
   s.verdict = compare::read_verdict_rule(c);
   read_verified(c, s);
   const std::vector<compare::Row> rows = rows_of(s);

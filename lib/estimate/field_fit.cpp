@@ -18,12 +18,14 @@ Matrix2d field_covariance(const InputErrors& a, const survey::ReferenceField& fi
   Matrix2d r = a.magnetometer * a.magnetometer * Matrix2d::Identity();
   const Vector2d tilt = a.down * Vector2d(-bv, bh);
   r += tilt * tilt.transpose();
-  if (with_reference) {
-    Matrix2d by_reference;  // (Bh, Bv) by (total, dip)
-    by_reference << std::cos(field.dip), -bv, std::sin(field.dip), bh;
-    const Matrix2d e = by_reference * Vector2d(a.total, a.dip).asDiagonal();
+  Matrix2d by_field;  // (Bh, Bv) by (total, dip)
+  by_field << std::cos(field.dip), -bv, std::sin(field.dip), bh;
+  const auto add = [&](double total, double dip) {
+    const Matrix2d e = by_field * Vector2d(total, dip).asDiagonal();
     r += e * e.transpose();
-  }
+  };
+  if (a.station_total > 0 || a.station_dip > 0) add(a.station_total, a.station_dip);
+  if (with_reference) add(a.total, a.dip);
   return r;
 }
 

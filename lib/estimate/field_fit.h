@@ -45,8 +45,8 @@ struct FieldFitModel {
 };
 
 /// Covariance of (Bh, Bv) at a station (nT^2), for unit gains: magnetometer noise s^2 1, a tilt of the down direction
-/// (dBh, dBv) = (-Bv, Bh) per rad towards north, and the reference by (B, dip) if `with_reference`. No angle of the
-/// tool enters.
+/// (dBh, dBv) = (-Bv, Bh) per rad towards north, the disturbance of a station's field by (B, dip), and the reference
+/// by (B, dip) if `with_reference`. No angle of the tool enters.
 Eigen::Matrix2d field_covariance(const InputErrors& assumed, const survey::ReferenceField& field, bool with_reference);
 
 struct EstimatorOptions;  // of estimator.h, which no kernel includes

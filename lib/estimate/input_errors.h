@@ -16,6 +16,8 @@ struct InputErrors {
   double gain = 0;                     ///< of the true gains; as prior, about 1; 0: no prior
   double bias = 0;                     ///< nT, of the true biases; as prior, about 0; 0: no prior
   double axial_bias = 0;               ///< nT, added to bias z: interference of the drill string
+  double station_total = 0;            ///< nT, disturbance of the true field, new at every station
+  double station_dip = 0;              ///< rad, the same of its dip
 
   double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };

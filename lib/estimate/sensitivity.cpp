@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "estimate/estimators.h"
 #include "estimate/field_fit.h"
 #include "estimate/field_misfit.h"
@@ -28,6 +29,14 @@ double condition_of(const Eigen::MatrixXd& normal, double visible) {
   if (normal.size() == 0) return 1;
   const Eigen::VectorXd eigenvalues = stats::symmetric_eigen(normal).values;
   return std::max(eigenvalues.maxCoeff(), visible) / std::max(eigenvalues.minCoeff(), 1e-300);
+}
+
+/// The same of the matrix scaled to a unit diagonal.
+double scaled_condition_of(const Eigen::MatrixXd& normal) {
+  if (normal.size() == 0) return 1;
+  if (!(normal.diagonal().minCoeff() > 0)) return kInfinity;
+  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+  return condition_of(scale.asDiagonal() * normal * scale.asDiagonal(), 0);
 }
 
 /// a a'
@@ -82,6 +91,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
     normal.bottomRightCorner<2, 2>() += model.unit_weight * Matrix2d::Identity();
     unknown.insert(unknown.end(), {6, 7});
   }
+  s.scaled_condition = scaled_condition_of(normal(unknown, unknown));
 
   Vector8d unit = Vector8d::Ones();
   unit.segment<3>(3).setConstant(total);
@@ -210,6 +220,12 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
       c += square(r);
     else
       common += r;
+    if (errors.station_total > 0 || errors.station_dip > 0) {
+      // The true field moves, not the reference whose error the last two rows are.
+      Matrix82d moved = s.by_reference[k];
+      if (k == 0) moved.bottomRows<2>() -= Matrix2d::Identity();
+      c += square(Matrix82d(moved * Vector2d(errors.station_total, errors.station_dip).asDiagonal()));
+    }
   }
   return c + square(common);
 }

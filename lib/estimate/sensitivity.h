@@ -37,6 +37,9 @@ struct Sensitivity {
   /// Condition of the unknown parameters' normal matrix, gains in 1, biases in total fields: its largest eigenvalue (at
   /// least that of a bias that all stations see fully) over the smallest.
   double condition = 1;
+  /// Condition of the normal matrix of all unknowns, priors and an estimated reference included, scaled to a unit
+  /// diagonal: independent of units and sizes. Infinite where an unknown moves no residual and has no prior.
+  double scaled_condition = 1;
 };
 
 /// Nominal truth at which an estimator is linearised.
@@ -59,9 +62,10 @@ std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, con
 Sensitivity field_fit_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
-/// Covariance of the error, rows as in Sensitivity: the sum of the contributions of all inputs. Magnetometer noise and
-/// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per
-/// station. With the errors that the estimator assumes, this is the covariance that the estimator claims.
+/// Covariance of the error, rows as in Sensitivity: the sum of the contributions of all inputs. Magnetometer noise,
+/// tilts of the down direction and disturbances of the field are independent per station; the reference is drawn once
+/// (a consider parameter) or per station. With the errors that the estimator assumes, this is the covariance that the
+/// estimator claims.
 Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<survey::StationFields>& stations,
                           const InputErrors& errors);
 

@@ -329,7 +329,7 @@ class Propagation {
         runs_(runs),
         detail_(detail),
         sources_(runs),
-        by_source_(sources_.codes.size()),
+        by_source_(detail == SourceDetail::none ? 0 : sources_.codes.size()),  // 200 kB that a small well would feel
         out_(out),
         keeper_(runs, sources_, survey.stations.size(), joining_alone, effects) {
     const std::size_t n = survey.stations.size();

@@ -41,6 +41,8 @@ enum class Channel : std::uint32_t {
   station_reference = 51,    ///< index 4 station + {gravity, horizontal field, vertical field} (axial_correction)
   error_source = 60,         ///< error models: draws of several stations (propagate/well_errors.h), in their order
   station_error = 61,        ///< error models: draws of one station, in their order; 62, 70 .. 74: rare_channels.h
+  disturbed_run = 80,  ///< index as in survey/sensor_terms.h, 12 interference, 13 total field, 14 dip, 15 declination
+  disturbed_station = 81,  ///< index 4 station + {total field, dip, declination} (sensor/disturbed_runs.h)
 };
 
 class Stream {

@@ -43,6 +43,8 @@ std::string_view name_of(StudyId id) {
       return "reliability_well";
     case StudyId::gross_error_detection:
       return "gross_error_detection";
+    case StudyId::corrected_codes:
+      return "corrected_codes";
   }
   return "";
 }

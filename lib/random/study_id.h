@@ -28,6 +28,7 @@ enum class StudyId : std::uint32_t {
   reliability_map = 11,
   reliability_well = 12,
   gross_error_detection = 20,
+  corrected_codes = 50,
 };
 
 /// The study's name, as configs have it; "" of none.

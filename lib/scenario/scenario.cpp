@@ -9,7 +9,9 @@
 #include "base/units.h"
 #include "config/foreign_table.h"
 #include "config/meanings.h"
+#include "config/suggest.h"
 #include "estimate/estimators.h"
+#include "estimate/observability.h"
 #include "scenario/input_remarks.h"
 #include "scenario/survey_spacing.h"
 #include "survey/minimum_curvature.h"
@@ -323,6 +325,24 @@ estimate::EstimatorOptions read_estimator(config::ConfigReader& c, const estimat
   o.assumed.axial_bias = c.number("estimator.prior.axial_bias_nT", config::Range::closed(0, 1e6),
                                   "one sd that the prior of the axial bias has besides; 0: none", truth.axial_bias);
   return o;
+}
+
+std::array<bool, 6> read_estimated_parameters(config::ConfigReader& c) {
+  std::array<bool, 6> estimated{true, true, true, true, true, true};
+  if (!c.has("estimator.estimated")) return estimated;
+  estimated.fill(false);
+  for (const std::string& name : c.texts("estimator.estimated",
+                                         "parameters that are estimated, of gain_x to bias_z: the others are taken as "
+                                         "1 and 0, whatever they are; without it all six")) {
+    const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
+    if (at == estimate::kParameterNames.end())
+      c.fail("estimator.estimated",
+             config::none_of(name, {estimate::kParameterNames.begin(), estimate::kParameterNames.end()}));
+    bool& flag = estimated[static_cast<std::size_t>(at - estimate::kParameterNames.begin())];
+    c.require(!flag, "estimator.estimated", "\"" + name + "\" is there twice");
+    flag = true;
+  }
+  return estimated;
 }
 
 sensor::AssumedNoise read_assumed_noise(config::ConfigReader& c, const std::string& estimator) {

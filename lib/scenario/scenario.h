@@ -59,6 +59,9 @@ estimate::EstimatorOptions read_estimator(config::ConfigReader& config, const es
                                           const survey::ReferenceField& field,
                                           const std::vector<std::string>& names = estimate::estimator_names());
 
+/// `estimator.estimated`: which of gain_x to bias_z are unknowns; without it all six.
+std::array<bool, 6> read_estimated_parameters(config::ConfigReader& config);
+
 /// `estimator.magnetometer_drawn` ("constant"), for wls only: whether the noise that it assumes of a reading is drawn
 /// anew in each run, as "sd" or as "variance".
 sensor::AssumedNoise read_assumed_noise(config::ConfigReader& config, const std::string& estimator);

@@ -20,4 +20,14 @@ struct CorrectedPositionBatch {
 
 SURVEYMC_KERNEL(void corrected_positions(const CorrectedPositionBatch& batch));
 
+/// The same of a survey with a tie-on: readings are those of the `readings.stations` stations after the first.
+struct TiedPositionBatch {
+  CorrectedPositionBatch readings;  ///< md has one more station
+  const double *tangents, *right;   ///< 3 numbers a station: of all stations; of the measured ones
+  bool first_leg_doubled;
+  double* lateral;
+  std::size_t lateral_stride;
+};
+SURVEYMC_KERNEL(void tied_positions(const TiedPositionBatch& batch));
+
 }  // namespace surveymc::survey

@@ -1,0 +1,210 @@
+#include "corrected_codes/scenario.h"
+
+#include <algorithm>
+
+#include "analysis/readings_analysis.h"
+#include "base/units.h"
+#include "compare/trial_plan.h"
+#include "config/shipped_models.h"
+#include "config/suggest.h"
+#include "corrected_codes/study.h"
+#include "scenario/error_models.h"
+#include "scenario/reference_field.h"
+#include "scenario/scenario.h"
+#include "scenario/well_design.h"
+
+namespace surveymc::studies::corrected_codes {
+namespace {
+
+using analysis::CodeQuantity;
+using analysis::CodeScope;
+
+config::SharedModel read_model(config::ConfigReader& c, const std::string& key, const std::string& name) {
+  const config::ShippedModel* shipped = config::find_shipped_model(name);
+  if (shipped == nullptr) c.fail(key, "no such tool code: " + config::shipped_model_suggestion(name));
+  return config::read_shipped_model(c, key, *shipped);
+}
+
+std::vector<std::string> shipped_names() {
+  std::vector<std::string> names;
+  for (const config::ShippedModel& m : config::shipped_models()) names.push_back(m.name);
+  return names;
+}
+
+/// `[draw.reference] total_nT, dip_deg, station_total_nT, station_dip_deg`: in place of the twin's, or where there is
+/// none.
+void read_reference(config::ConfigReader& c, bool has_twin, propagate::CodeDraws& d) {
+  const auto size = [&](const std::string& key, std::string_view meaning, double& value, double unit) {
+    const std::string name = "draw.reference." + key;
+    const config::Range range = config::Range::closed(0, 1e5);
+    value = unit * (has_twin ? c.number(name, range, meaning, value / unit) : c.number(name, range, meaning));
+  };
+  size("total_nT", "one sd of the total field less its reference, drawn once a run", d.run.total, 1);
+  size("dip_deg", "one sd of the dip less its reference, drawn once a run", d.run.dip, kDegree);
+  size("station_total_nT", "one sd of the total field of a station, drawn at each", d.station.total, 1);
+  size("station_dip_deg", "one sd of the dip of a station, drawn at each", d.station.dip, kDegree);
+}
+
+/// Sizes that weighted estimators assume.
+propagate::CodeDraws read_assumed(config::ConfigReader& c, const Scenario& s, const propagate::CodeDraws& of_base,
+                                  const error_model::Model& claimed, const error_model::Model* twin) {
+  if (c.choice("correction.assumed", {"base", "claimed"},
+               "sizes that 'joint', 'joint_priors' and the defaults of [estimator] assume: those of the base code, or "
+               "those of the claimed one; `draw` does not change them",
+               "base") == "base")
+    return of_base;
+  propagate::CodeDraws d =
+      c.place("correction.assumed").with_place([&] { return propagate::map_code(claimed, twin).draws; });
+  d.run.total = s.which.draws.run.total;
+  d.run.dip = s.which.draws.run.dip;
+  d.station = s.which.draws.station;
+  return d;
+}
+
+analysis::Correction read_correction(config::ConfigReader& c, const propagate::CodeDraws& assumed,
+                                     const survey::ReferenceField& field, std::string& name) {
+  const double noise =
+      c.number("correction.noise_nT", config::Range::positive(),
+               "one sd that weighted estimators assume of a reading, besides what the code draws at the "
+               "stations",
+               1);
+  std::vector<std::string> names = analysis::correction_names();
+  names.emplace_back("estimator");
+  name = c.choice("correction.kind", names,
+                  "'none'; 'msa': six parameters, unweighted; 'msa3': three biases; 'joint': six and the reference; "
+                  "'joint_priors': with priors; 'axial': every station for itself; 'estimator': as [estimator] says");
+  if (name != "estimator") return analysis::correction(name, assumed, noise);
+  analysis::Correction own;
+  own.kind = analysis::Correction::Kind::run;
+  own.estimator =
+      scenario::read_estimator(c, analysis::assumed_errors(assumed, noise), field, analysis::readings_estimators());
+  own.estimator.estimated = scenario::read_estimated_parameters(c);
+  return own;
+}
+
+/// The survey's toolfaces by a sequence.
+void turn_tool(survey::Survey& well, analysis::ToolfaceSequence sequence, random::StudySeed seed) {
+  analysis::WellDesign design;
+  design.stations = well.size();
+  design.toolface = sequence;
+  design.seed = seed;
+  const survey::Survey turned = analysis::make_well(design, 0, 0);
+  for (std::size_t k = 0; k < well.stations.size(); ++k) well.stations[k].toolface = turned.stations[k].toolface;
+}
+
+void read_well(config::ConfigReader& c, Scenario& s) {
+  if (c.has("well.kind")) {
+    c.require(!c.has("survey.file") && !c.has("survey.plan"), "well.kind", "not together with [survey]");
+    s.design = scenario::read_well_design(c, s.seed);
+    c.require(s.design->stations >= 3, "well.stations", "must be at least 3: the first is the tie-on");
+    if (c.has("map.inclination_deg") && !c.has("well.inclination_deg")) return;
+    const double inclination = c.number("well.inclination_deg", config::Range{0, 180, true, true},
+                                        "inclination of the last station of a made-up well"),
+                 azimuth = c.number("well.azimuth_deg", config::Range::closed(-360, 360),
+                                    "azimuth of the last station, from true north");
+    s.well = analysis::make_well(*s.design, inclination * kDegree, azimuth * kDegree);
+    return;
+  }
+  if (c.has("map.inclination_deg")) c.fail("map.inclination_deg", "needs a made-up well: give well.kind");
+  const std::string toolface =
+      c.choice("draw.toolface", {"survey", "even", "random", "constant"},
+               "toolfaces of a survey: 'survey': as its file has them; 'even': turned by 137.50776 deg a station; "
+               "'random': by the seed; 'constant': 0, a slide",
+               "survey");
+  s.well = scenario::read_survey(c, s.field, toolface == "survey");
+  c.require(s.well->size() >= 3, "survey.file", "must have at least three stations: the first is the tie-on");
+  using enum analysis::ToolfaceSequence;
+  if (toolface != "survey")
+    turn_tool(*s.well, toolface == "even" ? even : toolface == "random" ? random : constant, s.seed);
+}
+
+template <class Value, std::size_t N>
+std::vector<Value> read_words(config::ConfigReader& c, const std::string& key, std::string_view meaning,
+                              const std::array<const char*, N>& words, const std::vector<Value>& fallback) {
+  if (!c.has(key)) return fallback;
+  std::vector<Value> out;
+  for (const std::string& word : c.texts(key, meaning)) {
+    const auto* at = std::find(words.begin(), words.end(), word);
+    if (at == words.end()) c.fail(key, config::none_of(word, {words.begin(), words.end()}));
+    out.push_back(static_cast<Value>(at - words.begin()));
+    c.require(std::count(out.begin(), out.end(), out.back()) == 1, key, "\"" + word + "\" is there twice");
+  }
+  return out;
+}
+
+}  // namespace
+
+bool Scenario::wants(CodeScope scope) const { return std::find(scopes.begin(), scopes.end(), scope) != scopes.end(); }
+
+bool Scenario::wants_azimuth() const {
+  return std::find(quantities.begin(), quantities.end(), CodeQuantity::azimuth) != quantities.end();
+}
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.base = c.text("code.base", "tool code of the uncorrected survey, whose errors are drawn: \"MWD+IFR1\"");
+  s.claimed = c.text("code.claimed", "tool code that is claimed for the corrected survey: \"MWD+IFR1+MS\"");
+  const config::SharedModel base = read_model(c, "code.base", s.base),
+                            claimed = read_model(c, "code.claimed", s.claimed);
+  const std::string by_name = propagate::axial_twin(config::find_shipped_model(s.base)->name, shipped_names());
+  if (!by_name.empty() || c.has("code.reference_of"))
+    s.reference_of = c.text("code.reference_of",
+                            "tool code from which the sizes of total field and dip are read; without it the twin of "
+                            "the base with axial correction, by name",
+                            by_name);
+  config::SharedModel twin;
+  if (!s.reference_of.empty())
+    twin = read_model(c, c.has("code.reference_of") ? "code.reference_of" : "code.base", s.reference_of);
+  propagate::MappedCode mapped =
+      c.place("code.base").with_place([&] { return propagate::map_code(*base, twin.get()); });
+  s.terms = std::move(mapped.terms);
+  const propagate::CodeDraws of_base = mapped.draws;
+  s.which.claimed =
+      c.place("code.claimed").with_place([&] { return std::make_shared<const propagate::ClaimedCode>(*claimed); });
+  s.which.draws = of_base;
+  read_reference(c, twin != nullptr, s.which.draws);
+  s.which.draws.interference =
+      c.number("draw.amil_nT", config::Range::closed(0, 1e5),
+               "one sd of the drill string's axial interference; without it that of the base", of_base.interference);
+  s.which.draws =
+      s.which.draws.scaled(c.number("draw.scale", config::Range::positive(),
+                                    "multiplies all errors that are drawn, not those claimed or assumed", 1));
+  s.which.noise = c.number("noise.magnetometer_nT", config::Range::closed(0, 1e5),
+                           "one sd of a magnetometer reading, per axis and station; no code has it", 0);
+  s.field = scenario::read_field(c);
+  propagate::CodeDraws assumed = read_assumed(c, s, of_base, *claimed, twin.get());
+  if (twin == nullptr) {
+    assumed.run = s.which.draws.run;
+    assumed.station = s.which.draws.station;
+  }
+  s.which.correction = read_correction(c, assumed, s.field, s.correction);
+  read_well(c, s);
+  if (c.has("map.inclination_deg")) {
+    s.inclination_deg = c.grid("map.inclination_deg", config::Range{0, 180, true, true},
+                               "inclinations of the maps, of the last station");
+    s.azimuth_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360),
+                           "azimuths of the maps, of the last station, from true north");
+  }
+  s.trials = static_cast<std::uint64_t>(
+      c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
+  c.require(s.trials == 0 || s.well, "trials", "maps have no trials: give well.inclination_deg, or leave it out");
+  s.scopes = read_words<CodeScope>(c, "compare.scope",
+                                   "'magnetic': terms that a correction of magnetometers can change; 'total': all, of "
+                                   "which the others are on both sides",
+                                   analysis::kCodeScopes, {CodeScope::magnetic});
+  s.quantities = read_words<CodeQuantity>(
+      c, "compare.quantities",
+      "'lateral', 'high_side', 'north', 'east', 'worst' (any direction of the horizontal plane) at the last station, "
+      "'azimuth' at every station; without it all",
+      analysis::kCodeQuantities,
+      {CodeQuantity::lateral, CodeQuantity::high_side, CodeQuantity::north, CodeQuantity::east, CodeQuantity::worst,
+       CodeQuantity::azimuth});
+  s.margin = c.number("compare.margin", config::Range::closed(0, 10), "a ratio up to 1 + margin holds", 0.05);
+  s.verdict = compare::read_verdict_rule(c);
+  s.annotations = compare::Annotations::read(c, rows_of(s));
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::corrected_codes

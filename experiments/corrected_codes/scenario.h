@@ -1,0 +1,38 @@
+#pragma once
+/// The checked settings of a config of `corrected_codes`.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/code_comparison.h"
+#include "analysis/well_design.h"
+#include "compare/annotations.h"
+#include "compare/verdict.h"
+#include "random/study_id.h"
+
+namespace surveymc::studies::corrected_codes {
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0;  ///< 0: first order alone
+  std::string base, claimed, reference_of, correction;
+  std::vector<propagate::CodeTerm> terms;
+  analysis::CodeCase which;
+  survey::ReferenceField field;
+  std::optional<survey::Survey> well;                ///< none: maps alone
+  std::optional<analysis::WellDesign> design;        ///< of a made-up well
+  std::vector<double> inclination_deg, azimuth_deg;  ///< of the maps; empty: none
+  std::vector<analysis::CodeScope> scopes;
+  std::vector<analysis::CodeQuantity> quantities;
+  double margin = 0.05;  ///< a ratio up to 1 + margin holds
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
+
+  bool wants(analysis::CodeScope scope) const;
+  bool wants_azimuth() const;
+};
+
+/// Throws InputError.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+}  // namespace surveymc::studies::corrected_codes

@@ -1,0 +1,342 @@
+/// Study: do the corrected tool codes hold? The errors of a base code are drawn as readings of six axes in a field that
+/// is not its reference, the readings are corrected as is really done, and what is left is held against the covariance
+/// that the corrected code claims. Every number is computed to first order without trials, too.
+///
+///   tool code -> sizes (propagate) -> readings (sensor) -> gains and biases (estimate) -> minimum curvature (survey)
+#include "corrected_codes/study.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "random/study_stream.h"
+#include "stats/sample_summary.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::studies::corrected_codes {
+
+using analysis::CodeQuantity;
+using analysis::CodeScope;
+
+namespace {
+
+constexpr int kBatch = 64;         // trials: their readings stay in the cache
+constexpr std::size_t kTails = 2;  // beyond two and three claimed sd
+constexpr std::array<double, kTails> kBeyond{2, 3};
+constexpr double kMostLost = 0.01;  // share of the trials without a solution
+
+}  // namespace
+
+/// Of a batch of trials: positions before and after (m), lateral parts of the directions before and after (rad).
+struct CorrectedCodesPoint::Errors {
+  Eigen::MatrixXd position, before, after;
+  std::vector<bool> converged;
+};
+
+std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeComparison* c) {
+  std::vector<compare::Row> rows;
+  const auto add = [&](CodeQuantity q, int component) {
+    compare::Row row{.table = "prediction",
+                     .quantity = std::string("ratio_") + analysis::kCodeQuantities[static_cast<std::size_t>(q)],
+                     .unit = "1",
+                     .statistic = compare::Statistic::sd,
+                     .component = component,
+                     .available = std::find(s.quantities.begin(), s.quantities.end(), q) != s.quantities.end()};
+    if (c) {
+      const analysis::CodeSds sds =
+          analysis::code_sds(*c, *s.well, q, CodeScope::magnetic, c->stations.fields.size() - 1);
+      row.sigmas = 1 / sds.claimed;
+      row.prediction = sds.after;
+    }
+    rows.push_back(row);
+  };
+  for (std::size_t i = 0; i < kPositionCount; ++i) add(kPositions[i], static_cast<int>(kPositionCount + i));
+  add(CodeQuantity::azimuth, -1);
+  return rows;
+}
+
+Judged judge(const Claim& c, double margin) {
+  Judged j;
+  j.predicted = analysis::code_verdict(c.sds.ratio(), margin);
+  j.predicted_class = analysis::code_class(analysis::code_verdict(c.sds.ratio_before(), margin), j.predicted);
+  if (std::isnan(c.after) && !c.lost) return j;
+  const auto of = [&](const stats::Interval& i) {
+    return analysis::code_verdict(i.lo / c.sds.claimed, i.hi / c.sds.claimed, margin);
+  };
+  j.verdict = c.lost ? "undetermined" : of(c.after_interval);
+  j.judged_class = analysis::code_class(of(c.before_interval), j.verdict);
+  return j;
+}
+
+CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scenario)) {
+  if (!s_.well) return;
+  comparison_ = analysis::compare_code(*s_.well, s_.field, s_.which, s_.wants(CodeScope::total));
+  rows_ = rows_of(s_, &*comparison_);
+  for (std::size_t i = 0; i < kPositionCount; ++i) {
+    directions_[i] = analysis::code_direction(*comparison_, *s_.well, kPositions[i]);
+    claimed_[i] = std::sqrt(directions_[i] * comparison_->magnetic.position * directions_[i].transpose());
+  }
+  for (std::size_t k = 1; k < comparison_->magnetic.azimuth.size(); ++k)
+    claimed_azimuth_.push_back(std::sqrt(comparison_->magnetic.azimuth[k]));
+  if (s_.trials == 0) return;
+  setup_ = sensor::disturbed_run_setup(*s_.well, s_.field);
+  const propagate::CodeDraws& d = s_.which.draws;
+  setup_.sd = d.sensors;
+  setup_.interference = d.interference;
+  setup_.run = {d.run.total, d.run.dip, d.run.declination_in(s_.field)};
+  setup_.station = {d.station.total, d.station.dip, d.station.declination_in(s_.field)};
+  setup_.noise = s_.which.noise;
+  tied_ = survey::tied_survey(*s_.well, s_.field.declination, s_.which.claimed->first_leg_doubled());
+  uncorrected_ = survey::LaneArray(1, 6, true);
+  for (int i = 0; i < 6; ++i) uncorrected_.fill(0, i, i < 3 ? 1 : 0);
+  position_ = survey::minimum_curvature_positions(*s_.well).back();
+  if (s_.which.correction.kind == analysis::Correction::Kind::none) return;
+  std::vector<survey::Vec3<double>> expected;
+  for (const survey::StationFields& f : comparison_->stations.fields) expected.push_back(f.field_T);
+  const bool whole_run = s_.which.correction.kind == analysis::Correction::Kind::run;
+  // Without errors the six parameters of a straight hole are not determined: there is no start near their estimate.
+  const bool near = whole_run && comparison_->after.determined;
+  estimator_ =
+      estimate::make_estimator(whole_run ? s_.which.correction.estimator : analysis::axial_estimator(), s_.field,
+                               near ? comparison_->stations.fields : std::vector<survey::StationFields>(),
+                               near ? expected : std::vector<survey::Vec3<double>>());
+}
+
+void CorrectedCodesPoint::correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged) const {
+  survey::ReadingBlock one(readings.trials, 1, true, false);
+  estimate::EstimateBlock estimates(readings.trials);
+  for (int g = 0; g < readings.groups(); ++g) {
+    for (int r = 0; r < 2; ++r) std::copy_n(readings.reference.row(g, r), simd::kGroup, one.reference.row(g, r));
+    std::fill_n(converged.row(g, 0), simd::kGroup, 1.0);
+  }
+  for (int k = 0; k < readings.stations; ++k) {
+    for (int g = 0; g < readings.groups(); ++g)
+      for (int axis = 0; axis < 3; ++axis) {
+        std::copy_n(readings.magnetic.row(g, 3 * k + axis), simd::kGroup, one.magnetic.row(g, axis));
+        std::copy_n(readings.down.row(g, 3 * k + axis), simd::kGroup, one.down.row(g, axis));
+      }
+    estimator_->solve(one, estimates);
+    for (int g = 0; g < readings.groups(); ++g)
+      for (int lane = 0; lane < simd::kGroup; ++lane) {
+        readings.magnetic.row(g, 3 * k + 2)[lane] -= estimates.parameters.row(g, 5)[lane];
+        if (estimates.converged.row(g, 0)[lane] == 0) converged.row(g, 0)[lane] = 0;
+      }
+  }
+}
+
+CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, int count) const {
+  const int groups = survey::groups_for(count), stations = setup_.stations();
+  survey::ReadingBlock readings = sensor::make_disturbed_block(count, setup_);
+  sensor::draw_disturbed_runs(setup_, random::stream_of(s_.seed), first, readings);
+  survey::LaneArray positions[2] = {{groups, 3}, {groups, 3}}, lateral[2] = {{groups, stations}, {groups, stations}};
+  survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[0], lateral[0]);
+  estimate::EstimateBlock estimates(count);
+  switch (s_.which.correction.kind) {
+    case analysis::Correction::Kind::none:
+      for (int g = 0; g < groups; ++g) std::fill_n(estimates.converged.row(g, 0), simd::kGroup, 1.0);
+      survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[1], lateral[1]);
+      break;
+    case analysis::Correction::Kind::run:
+      estimator_->solve(readings, estimates);
+      survey::corrected_tied_positions(readings, estimates.parameters, tied_, positions[1], lateral[1]);
+      break;
+    case analysis::Correction::Kind::station:
+      correct_stations(readings, estimates.converged);
+      survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[1], lateral[1]);
+      break;
+  }
+  Errors out{Eigen::MatrixXd(count, 2 * static_cast<int>(kPositionCount)),
+             Eigen::MatrixXd(count, stations),
+             Eigen::MatrixXd(count, stations),
+             {}};
+  for (int t = 0; t < count; ++t) {
+    bool sound = estimates.converged.value(t, 0) != 0;
+    for (std::size_t state = 0; state < 2; ++state) {
+      const survey::LaneArray& p = positions[state];
+      const Eigen::Vector3d error = Eigen::Vector3d(p.value(t, 0), p.value(t, 1), p.value(t, 2)) - position_;
+      for (std::size_t i = 0; i < kPositionCount; ++i)
+        out.position(t, static_cast<int>(state * kPositionCount + i)) = directions_[i] * error;
+      Eigen::MatrixXd& turned = state == 0 ? out.before : out.after;
+      for (int k = 0; k < stations; ++k) turned(t, k) = lateral[state].value(t, k);
+      sound = sound && error.allFinite();
+    }
+    out.converged.push_back(sound);
+  }
+  return out;
+}
+
+stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const {
+  const int stations = setup_.stations();
+  Eigen::MatrixXd position(block.count, 2 * static_cast<int>(kPositionCount)), before(block.count, stations),
+      after(block.count, stations);
+  stats::Tally tally;
+  Eigen::Index kept = 0;
+  for (int from = 0; from < block.count; from += kBatch) {
+    const int count = std::min(kBatch, block.count - from);
+    const std::uint64_t first = block.first + static_cast<std::uint64_t>(from);
+    const Errors e = simulate(first, count);
+    for (int t = 0; t < count; ++t) {
+      ++tally.trials;
+      if (!e.converged[static_cast<std::size_t>(t)]) {
+        tally.add_failed(first + static_cast<std::uint64_t>(t));
+        continue;
+      }
+      position.row(kept) = e.position.row(t);
+      before.row(kept) = e.before.row(t);
+      after.row(kept++) = e.after.row(t);
+    }
+  }
+  tally.moments = stats::Moments::of(position.topRows(kept));
+  const auto outside = [&](const auto& values, double claimed) {
+    for (const double n : kBeyond)
+      tally.counts.push_back(static_cast<std::uint64_t>((values.head(kept).array().abs() > n * claimed).count()));
+  };
+  for (std::size_t i = 0; i < kPositionCount; ++i)
+    outside(position.col(static_cast<Eigen::Index>(kPositionCount + i)), claimed_[i]);
+  for (int k = 0; k < stations; ++k) {
+    Eigen::MatrixXd both(kept, 2);
+    both << before.col(k).head(kept), after.col(k).head(kept);
+    tally.groups.push_back(stats::Moments::of(both));
+    outside(after.col(k), claimed_azimuth_[static_cast<std::size_t>(k)]);
+  }
+  return tally;
+}
+
+std::vector<Claim> CorrectedCodesPoint::claims_of(const stats::Tally& tally) const {
+  std::vector<Claim> claims;
+  const double confidence = s_.verdict.confidence;
+  const bool lost =
+      tally.trials > 0 && static_cast<double>(tally.failed) > kMostLost * static_cast<double>(tally.trials);
+  // Of a component of moments with the variance of what was not drawn.
+  const auto fill = [&](Claim& c, const stats::Moments& m, Eigen::Index before, Eigen::Index after, double carried,
+                        std::size_t counts) {
+    c.lost = lost;
+    if (m.count < 2) return;
+    const auto with_carried = [&](double sd) { return std::sqrt(sd * sd + carried); };
+    const auto set = [&](Eigen::Index i, double& value, stats::Interval& interval) {
+      const stats::SampleSummary x = stats::summarise(m, i);
+      const stats::Interval ci = stats::sd_interval(x, confidence);
+      value = with_carried(std::sqrt(x.variance));
+      interval = {with_carried(ci.lo), with_carried(ci.hi)};
+    };
+    set(before, c.before, c.before_interval);
+    set(after, c.after, c.after_interval);
+    c.mean = m.mean[after];
+    if (c.scope == CodeScope::total) return;  // what is carried is in no trial
+    c.beyond2 = static_cast<std::int64_t>(tally.counts[counts]);
+    c.beyond3 = static_cast<std::int64_t>(tally.counts[counts + 1]);
+  };
+  const std::size_t stations = comparison_->stations.fields.size();
+  for (const CodeScope scope : s_.scopes) {
+    const bool all = scope == CodeScope::total;
+    for (const CodeQuantity q : s_.quantities) {
+      const bool azimuth = q == CodeQuantity::azimuth;
+      for (std::size_t k = azimuth ? 0 : stations - 1; k < stations; ++k) {
+        Claim c;
+        c.quantity = q;
+        c.scope = scope;
+        c.station = k;
+        c.md = s_.well->stations[k + 1].md;
+        c.sds = analysis::code_sds(*comparison_, *s_.well, q, scope, k);
+        if (azimuth) {
+          if (tally.trials > 0)
+            fill(c, tally.groups[k], 0, 1, all ? comparison_->carried.azimuth[k + 1] : 0,
+                 kTails * (kPositionCount + k));
+        } else if (tally.trials > 0) {
+          const auto i =
+              static_cast<std::size_t>(std::find(kPositions.begin(), kPositions.end(), q) - kPositions.begin());
+          const double carried =
+              all ? double(directions_[i] * comparison_->carried.position * directions_[i].transpose()) : 0;
+          fill(c, tally.moments, static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(kPositionCount + i), carried,
+               kTails * i);
+          if (q == CodeQuantity::worst) {
+            // The largest ratio that the trials have, with the relative width of that in the predicted direction. North
+            // and east are components 2 and 3.
+            const Eigen::Matrix2d claimed =
+                (comparison_->magnetic.position + (all ? 1 : 0) * comparison_->carried.position).topLeftCorner<2, 2>();
+            const auto rescale = [&](Eigen::Index from, double& value, stats::Interval& interval) {
+              if (tally.moments.count < 2) return;
+              Eigen::Matrix2d found = tally.moments.covariance().block<2, 2>(from, from);
+              if (all) found += comparison_->carried.position.topLeftCorner<2, 2>();
+              const double worst = c.sds.claimed * analysis::worst_ratio(found, claimed), factor = worst / value;
+              value = worst;
+              interval = {factor * interval.lo, factor * interval.hi};
+            };
+            rescale(2, c.before, c.before_interval);
+            rescale(2 + static_cast<Eigen::Index>(kPositionCount), c.after, c.after_interval);
+          }
+        }
+        claims.push_back(c);
+      }
+    }
+  }
+  return claims;
+}
+
+study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
+  study::PointResult r;
+  if (comparison_) {
+    std::vector<compare::ComparisonRow> rows = compare::compare_rows(
+        rows_, "prediction", s_.verdict, tally.trials, [&](const compare::Row& row) -> stats::SampleSummary {
+          const stats::Moments& m = row.component < 0 && tally.trials > 0 ? tally.groups.back() : tally.moments;
+          return m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, row.component < 0 ? 1 : row.component);
+        });
+    if (tally.trials == 0)
+      for (compare::ComparisonRow& row : rows) row.note = "no trials";
+    compare::leave_undecided(rows, tally.failed, tally.trials, kMostLost, "estimates");
+    s_.annotations.apply("prediction", rows);
+    r.tables.push_back(claims_table(s_, claims_of(tally), tally));
+    r.tables.push_back(
+        compare::comparison_table("prediction",
+                                  "sd of what is left over sd that the code claims: Monte Carlo against first order" +
+                                      compare::at_confidence(s_.verdict),
+                                  rows, tally.trials, tally.failed));
+    r.tables.push_back(budget_table(s_, *comparison_));
+    r.tables.push_back(requirement_table(s_, *comparison_));
+  }
+  if (!s_.inclination_deg.empty()) {
+    r.maps = code_maps(s_, options);
+    r.tables.push_back(shares_table(s_, r.maps));
+  }
+  r.tables.push_back(terms_table(s_));
+  r.tables.push_back(validity_table(s_, comparison_ ? &*comparison_ : nullptr, tally));
+  return r;
+}
+
+std::string CorrectedCodesPoint::replay(std::uint64_t trial) const {
+  const auto lane = static_cast<Eigen::Index>(trial % simd::kGroup);
+  const Errors e = simulate(trial / simd::kGroup * simd::kGroup, simd::kGroup);
+  std::string text = fmt::format("trial {}\n", trial);
+  for (std::size_t i = 0; i < kPositionCount; ++i)
+    text += fmt::format("  {:<10} before {:.17g} m, after {:.17g} m, claimed sd {:.17g} m\n",
+                        analysis::kCodeQuantities[static_cast<std::size_t>(kPositions[i])],
+                        e.position(lane, static_cast<Eigen::Index>(i)),
+                        e.position(lane, static_cast<Eigen::Index>(kPositionCount + i)), claimed_[i]);
+  return text + (e.converged[static_cast<std::size_t>(lane)] ? "  converged\n" : "  NOT converged\n");
+}
+
+namespace {
+
+class CorrectedCodesPlan final : public study::PlanOfPoint<Scenario, CorrectedCodesPoint> {
+ public:
+  using PlanOfPoint::PlanOfPoint;
+  /// A cell of a map costs about as much as ten trials.
+  double cost() const override {
+    const double stations = s_.well ? s_.well->size() : s_.design->stations;
+    return stations * (10 * static_cast<double>(1 + s_.inclination_deg.size() * s_.azimuth_deg.size()) +
+                       static_cast<double>(s_.trials));
+  }
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::corrected_codes,
+          "Where a corrected tool code (+MS, +AX) keeps what it claims, and what breaks it",
+          "OWSG tool codes; S. Vis, TU Delft 2019 (MSA); SPE 125677 (requirements)",
+          study::plan_of<CorrectedCodesPlan, read_scenario>};
+}
+
+}  // namespace surveymc::studies::corrected_codes

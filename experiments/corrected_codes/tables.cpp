@@ -1,0 +1,203 @@
+/// Tables and maps of the study `corrected_codes`.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "compare/table_rows.h"
+#include "corrected_codes/study.h"
+#include "error_model/model.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::studies::corrected_codes {
+
+using analysis::CodeQuantity;
+using analysis::CodeScope;
+
+namespace {
+
+const char* name_of(CodeQuantity q) { return analysis::kCodeQuantities[static_cast<std::size_t>(q)]; }
+/// sinI dA is shown in degrees.
+double unit_of(CodeQuantity q) { return q == CodeQuantity::azimuth ? 1 / kDegree : 1; }
+
+/// Quantities of a budget: those that are asked for.
+constexpr std::array<CodeQuantity, 3> kBudget{CodeQuantity::lateral, CodeQuantity::worst, CodeQuantity::azimuth};
+
+/// The fewest stations, evenly on the path of a made-up well, with which the code holds; 0: not up to kMostStations.
+constexpr int kMostStations = 400;
+int stations_needed(const Scenario& s, CodeQuantity q) {
+  const survey::Station& last = s.well->stations.back();
+  const double length = last.md - s.well->stations.front().md;
+  for (int n = 3; n <= kMostStations; n += std::max(1, n / 20)) {
+    analysis::WellDesign d = *s.design;
+    d.stations = n;
+    d.spacing = length / (n - 1);
+    const survey::Survey well = analysis::make_well(d, last.inclination, last.azimuth);
+    const analysis::CodeComparison c = analysis::compare_code(well, s.field, s.which, false);
+    const double ratio = analysis::code_sds(c, well, q, CodeScope::magnetic, c.stations.fields.size() - 1).ratio();
+    if (ratio <= 1 + s.margin) return n;
+  }
+  return 0;
+}
+
+}  // namespace
+
+store::Table claims_table(const Scenario& s, const std::vector<Claim>& claims, const stats::Tally& tally) {
+  compare::TableRows t("claims",
+                       fmt::format("what is left after the correction against what {} claims{}", s.claimed,
+                                   compare::at_confidence(s.verdict)),
+                       claims.size());
+  for (const Claim& c : claims) {
+    const double unit = unit_of(c.quantity);
+    const std::string in = c.quantity == CodeQuantity::azimuth ? "deg" : "m";
+    const Judged j = judge(c, s.margin);
+    const auto scaled = [](const stats::Interval& i, double by) { return stats::Interval{i.lo * by, i.hi * by}; };
+    t.number("md_m", "m", "measured depth of the station", c.md);
+    t.word("quantity", "lateral, high side, north, east, worst direction of the last position; sinI dA of a station",
+           name_of(c.quantity));
+    t.word("scope", "terms that are compared: magnetic, or total",
+           analysis::kCodeScopes[static_cast<std::size_t>(c.scope)]);
+    t.word("correction", "of the readings", s.correction);
+    t.word("unit", "of the standard deviations", in);
+    t.number("claimed", "", "sd that the code claims", unit * c.sds.claimed);
+    t.number("predicted", "", "sd that is left, first order", unit * c.sds.after);
+    t.estimate("monte_carlo", "", "sd that is left, of the trials", unit * c.after, scaled(c.after_interval, unit));
+    t.number("predicted_ratio", "1", "predicted over claimed", c.sds.ratio());
+    t.estimate("ratio", "1", "Monte Carlo over claimed", c.after / c.sds.claimed,
+               scaled(c.after_interval, 1 / c.sds.claimed));
+    t.number("predicted_ratio_before", "1", "of the uncorrected survey: predicted over claimed", c.sds.ratio_before());
+    t.estimate("ratio_before", "1", "of the uncorrected survey: Monte Carlo over claimed", c.before / c.sds.claimed,
+               scaled(c.before_interval, 1 / c.sds.claimed));
+    t.word("predicted_verdict", "holds, broken or undetermined, by first order", j.predicted);
+    t.word("claim", "holds, broken, undecided or undetermined, by the trials", j.verdict);
+    t.word("predicted_class", "free, kept, broken, harmful or undetermined, by first order", j.predicted_class);
+    t.word("class", "the same by the trials", j.judged_class);
+    t.number("mean_shift", "", "mean error that is left, of the trials", unit * c.mean);
+    const std::uint64_t sound = c.beyond2 < 0 ? 0 : tally.trials - tally.failed;
+    t.share("beyond_2_sd", "share of the trials beyond two claimed sd; 0.0455 of a normal distribution",
+            static_cast<std::uint64_t>(std::max<std::int64_t>(0, c.beyond2)), sound, s.verdict.confidence);
+    t.share("beyond_3_sd", "share of the trials beyond three claimed sd; 0.0027 of a normal distribution",
+            static_cast<std::uint64_t>(std::max<std::int64_t>(0, c.beyond3)), sound, s.verdict.confidence);
+    t.count("trials", "realisations", tally.trials);
+    t.count("failed", "of them without a solution", tally.failed);
+  }
+  return t.take();
+}
+
+store::Table budget_table(const Scenario& s, const analysis::CodeComparison& c) {
+  compare::TableRows t("budget", "share of the variance by input at the last station, first order");
+  for (const CodeQuantity q : kBudget) {
+    const std::array<double, analysis::kCodeInputs> after = analysis::code_budget(c.after, c, *s.well, q),
+                                                    before = analysis::code_budget(c.before, c, *s.well, q);
+    for (std::size_t i = 0; i < analysis::kCodeInputs; ++i) {
+      t.word("quantity", "lateral or worst direction of the last position, sinI dA of the last station", name_of(q));
+      t.word("input", "what is drawn", analysis::kCodeInputNames[i]);
+      t.word("correction", "of the readings", s.correction);
+      t.number("share", "1", "of the variance after the correction", after[i]);
+      t.number("share_before", "1", "of the variance of the uncorrected survey", before[i]);
+    }
+  }
+  return t.take();
+}
+
+store::Table requirement_table(const Scenario& s, const analysis::CodeComparison& c) {
+  compare::TableRows t("requirement", "what would have to be for the claim to hold just yet, first order");
+  for (const CodeQuantity q : kBudget) {
+    const analysis::CodeRequirement r = analysis::code_requirement(c, *s.well, q, s.margin);
+    const propagate::CodeDraws& d = s.which.draws;
+    const double ratio = analysis::code_sds(c, *s.well, q, CodeScope::magnetic, c.stations.fields.size() - 1).ratio();
+    t.word("quantity", "lateral or worst direction of the last position, sinI dA of the last station", name_of(q));
+    t.word("correction", "of the readings", s.correction);
+    t.number("predicted_ratio", "1", "predicted over claimed", ratio);
+    t.number("reference_factor", "1",
+             "largest factor on the errors of total field and dip once a run; NaN: none is small enough", r.reference);
+    t.number("dip_deg", "deg", "sd of the dip at this factor", r.reference * d.run.dip / kDegree);
+    t.number("total_nT", "nT", "sd of the total field at this factor", r.reference * d.run.total);
+    t.number("interference_factor", "1", "largest factor on the interference of the drill string", r.interference);
+    t.number("interference_nT", "nT", "sd of the interference at this factor", r.interference * d.interference);
+    t.count("stations", "fewest stations on the path of a made-up well; 0: more than 400, or a survey",
+            s.design ? stations_needed(s, q) : 0);
+  }
+  return t.take();
+}
+
+store::Table terms_table(const Scenario& s) {
+  compare::TableRows t("terms", "terms of the base code, and of its twin for the reference, and how they are drawn");
+  for (const propagate::CodeTerm& term : s.terms) {
+    t.word("code", "of the term", term.code);
+    t.word("model", "tool code", term.model);
+    t.word("mode", "R: anew at every station; S, W, G: once a run", std::string(1, term.mode));
+    t.number("magnitude", "", "one standard deviation", term.magnitude);
+    t.word("unit", "of the magnitude", term.unit);
+    t.word("drawn_as", "error of the six axes or of the reference; carried: not drawn", term.drawn_as);
+  }
+  return t.take();
+}
+
+store::Table validity_table(const Scenario& s, const analysis::CodeComparison* c, const stats::Tally& tally) {
+  compare::TableRows t("validity", "whether the correction is determined, and what the codes were read from");
+  t.word("base", "tool code whose errors are drawn", s.base);
+  t.word("claimed", "tool code of the corrected survey", s.claimed);
+  t.word("reference_of", "tool code of the sizes of total field and dip", s.reference_of);
+  t.word("correction", "of the readings", s.correction);
+  t.count("stations", "that are measured", c ? c->stations.fields.size() : std::size_t{0});
+  t.number("condition", "1", "of the normal matrix, scaled to a unit diagonal; above 1e10: undetermined",
+           c ? c->after.condition : kNaN);
+  t.count("determined", "1 where the correction is determined to first order", c && c->after.determined ? 1 : 0);
+  t.count("trials", "realisations", tally.trials);
+  t.count("failed", "of them without a solution: above 1 % undetermined", tally.failed);
+  return t.take();
+}
+
+std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOptions& options) {
+  const std::vector<store::Axis> axes{
+      {"inclination", "deg", "inclination of the last station", s.inclination_deg},
+      {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
+  std::vector<store::Map> maps;
+  constexpr std::array<CodeQuantity, 3> kMapped{CodeQuantity::lateral, CodeQuantity::azimuth, CodeQuantity::worst};
+  for (const CodeQuantity q : kMapped)
+    maps.push_back({std::string("ratio_") + name_of(q),
+                    "1",
+                    "sd that is left over sd claimed, of the last station; NaN where undetermined",
+                    axes,
+                    {}});
+  maps.push_back({"class", "1", "of lateral: 0 free, 1 kept, 2 broken, 3 harmful, 4 undetermined", axes, {}});
+  for (const double inclination : s.inclination_deg) {
+    if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
+    for (const double azimuth : s.azimuth_deg) {
+      const survey::Survey well = analysis::make_well(*s.design, inclination * kDegree, azimuth * kDegree);
+      const analysis::CodeComparison c = analysis::compare_code(well, s.field, s.which, false);
+      for (std::size_t i = 0; i < kMapped.size(); ++i) {
+        const analysis::CodeSds sds =
+            analysis::code_sds(c, well, kMapped[i], CodeScope::magnetic, c.stations.fields.size() - 1);
+        maps[i].values.push_back(sds.ratio());
+        if (i > 0) continue;
+        const std::string cls = analysis::code_class(analysis::code_verdict(sds.ratio_before(), s.margin),
+                                                     analysis::code_verdict(sds.ratio(), s.margin));
+        maps.back().values.push_back(
+            static_cast<double>(std::find(analysis::kCodeClasses.begin(), analysis::kCodeClasses.end(), cls) -
+                                analysis::kCodeClasses.begin()));
+      }
+    }
+  }
+  return maps;
+}
+
+store::Table shares_table(const Scenario& s, const std::vector<store::Map>& maps) {
+  compare::TableRows t("shares", "share of the directions of the map by class of the lateral position, first order");
+  const std::vector<double>& classes = maps.back().values;
+  t.word("correction", "of the readings", s.correction);
+  t.count("directions", "of the map", classes.size());
+  for (std::size_t i = 0; i < analysis::kCodeClasses.size(); ++i)
+    t.number(analysis::kCodeClasses[i], "1", "share of the directions",
+             static_cast<double>(std::count(classes.begin(), classes.end(), static_cast<double>(i))) /
+                 static_cast<double>(classes.size()));
+  double most = kNaN;
+  for (const double ratio : maps.front().values)
+    if (!(ratio <= most)) most = std::isnan(ratio) ? most : ratio;
+  t.number("largest_ratio", "1", "of the lateral position, where determined", most);
+  return t.take();
+}
+
+}  // namespace surveymc::studies::corrected_codes

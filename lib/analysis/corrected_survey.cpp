@@ -1,0 +1,345 @@
+#include "analysis/corrected_survey.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/ranges.h>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "propagate/station_effects.h"
+
+namespace surveymc::analysis {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+using Matrix6r = Eigen::Matrix<double, 6, static_cast<int>(kRunInputs)>;
+using Matrix3r = Eigen::Matrix<double, 3, static_cast<int>(kRunInputs)>;
+using Matrix36d = Eigen::Matrix<double, 3, 6>;
+using Matrix62d = Eigen::Matrix<double, 6, 2>;
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+constexpr std::array<bool, 6> kBiases{false, false, false, true, true, true},
+    kAxialBias{false, false, false, false, false, true};
+
+std::array<double, kRunInputs> run_sizes(const propagate::CodeDraws& d, const survey::ReferenceField& field) {
+  std::array<double, kRunInputs> sizes{};
+  std::copy(d.sensors.begin(), d.sensors.end(), sizes.begin());
+  sizes[kInterference] = d.interference;
+  sizes[kTotalField] = d.run.total;
+  sizes[kDip] = d.run.dip;
+  sizes[kDeclination] = d.run.declination_in(field);
+  return sizes;
+}
+
+/// How the down direction of a station follows biases and scales of its accelerometers, per unit.
+Eigen::Matrix<double, 3, 6> down_by_accelerometers(const Vector3d& u, double gravity) {
+  const Matrix3d across = Matrix3d::Identity() - u * u.transpose();
+  Eigen::Matrix<double, 3, 6> d;
+  d.leftCols<3>() = across / gravity;
+  d.rightCols<3>() = across * u.asDiagonal();
+  return d;
+}
+
+/// Response of an estimate, or of none, to the inputs of size 1.
+struct Response {
+  Matrix6r run = Matrix6r::Zero();
+  std::vector<Matrix62d> station;  ///< total field and dip of the true field; empty: no response
+  std::vector<Matrix63d> noise;    ///< of a reading, axes x, y, z; empty: no response
+};
+
+/// Readings taken as they are: an estimate of gains 1 and biases 0, which misses the whole error.
+Response no_response() {
+  Response r;
+  for (int axis = 0; axis < 3; ++axis) {
+    r.run(axis, survey::kMagnetometerScale + axis) = -1;
+    r.run(3 + axis, survey::kMagnetometerBias + axis) = -1;
+  }
+  r.run(5, static_cast<int>(kInterference)) = -1;
+  return r;
+}
+
+Response response_of(const estimate::Sensitivity& s, const std::vector<survey::StationFields>& fields, double gravity) {
+  Response r;
+  for (int axis = 0; axis < 3; ++axis) {
+    r.run.col(survey::kMagnetometerScale + axis) = s.by_truth.col(axis).head<6>();
+    r.run.col(survey::kMagnetometerBias + axis) = s.by_truth.col(3 + axis).head<6>();
+  }
+  r.run.col(static_cast<int>(kInterference)) = s.by_truth.col(5).head<6>();
+  r.station.reserve(fields.size());
+  r.noise.reserve(fields.size());
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    const Matrix63d by_down = s.by_down[k].topRows<6>();
+    r.run.leftCols<6>().noalias() +=
+        by_down.lazyProduct(down_by_accelerometers(survey::to_eigen(fields[k].down_T), gravity));
+    // A reference that is too small is a field that is too large.
+    r.station.push_back(-s.by_reference[k].topRows<6>());
+    r.noise.push_back(s.by_magnetometer[k].topRows<6>());
+    r.run.middleCols<2>(static_cast<int>(kTotalField)) += r.station.back();
+  }
+  return r;
+}
+
+/// How the tangent of a station follows the estimate less the truth, and directly the inputs of the run.
+struct StationTangent {
+  Matrix36d by_estimate;
+  Matrix3r direct = Matrix3r::Zero();
+};
+
+StationTangent station_tangent(const MeasuredStations& s, std::size_t k) {
+  StationTangent t;
+  t.by_estimate.leftCols<3>() = -s.by_field[k] * survey::to_eigen(s.fields[k].field_T).asDiagonal();
+  t.by_estimate.rightCols<3>() = -s.by_field[k];
+  t.direct.leftCols<6>() =
+      s.by_down[k].lazyProduct(down_by_accelerometers(survey::to_eigen(s.fields[k].down_T), s.field.gravity));
+  t.direct.col(static_cast<int>(kDeclination)) = s.by_declination[k];
+  return t;
+}
+
+template <int Columns>
+double sum_of_squares(const Eigen::RowVector3d& right, const Eigen::Matrix<double, 3, Columns>& effect) {
+  return (right * effect).squaredNorm();
+}
+
+template <int Columns>
+void add_square(const Eigen::Matrix<double, 3, Columns>& effect, Matrix3d& sum) {
+  sum += effect.lazyProduct(effect.transpose());
+}
+
+/// With one estimate for all stations (`shared`), or with one of each station for itself.
+CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
+                       const std::vector<Response>& responses) {
+  const bool shared = responses.size() == 1;
+  const std::array<double, kRunInputs> sizes = run_sizes(draws, s.field);
+  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kRunInputs), 1>> size(sizes.data());
+  const double station_declination = draws.station.declination_in(s.field);
+  const Vector2d station_size(draws.station.total, draws.station.dip);
+  const std::size_t n = s.fields.size();
+
+  std::vector<StationTangent> tangents;
+  tangents.reserve(n);
+  Matrix36d through_estimate = Matrix36d::Zero();  // sum_k L_k Y_k
+  for (std::size_t k = 0; k < n; ++k) {
+    tangents.push_back(station_tangent(s, k));
+    through_estimate += s.lever[k] * tangents.back().by_estimate;
+  }
+  // Of one input a column at a station: its response, and what it does to the last position.
+  const auto station_response = [&](std::size_t k, int column) -> Eigen::Matrix<double, 6, 1> {
+    const Response& r = responses[shared ? 0 : k];
+    if (r.station.empty()) return Eigen::Matrix<double, 6, 1>::Zero();
+    return r.station[shared ? k : 0].col(column) * station_size[column];
+  };
+  const auto noise_response = [&](std::size_t k) -> Matrix63d {
+    const Response& r = responses[shared ? 0 : k];
+    if (r.noise.empty()) return Matrix63d::Zero();
+    return r.noise[shared ? k : 0] * noise;
+  };
+
+  CorrectedErrors out;
+  for (Matrix3d& c : out.position) c.setZero();
+  out.azimuth.resize(n);
+  Matrix3r run_position = Matrix3r::Zero();
+  // Squares of the responses of all stations: what the inputs of the others do to one station.
+  std::array<estimate::Matrix6d, 3> others;
+  for (auto& o : others) o.setZero();
+  for (std::size_t k = 0; k < n; ++k) {
+    const StationTangent& t = tangents[k];
+    const Matrix3r effect = (t.direct + t.by_estimate.lazyProduct(responses[shared ? 0 : k].run)) * size.asDiagonal();
+    run_position += s.lever[k] * effect;
+    const Eigen::Matrix<double, 1, static_cast<int>(kRunInputs)> lateral = s.right[k] * effect;
+    for (std::size_t i = 0; i < kRunInputs; ++i)
+      out.azimuth[k][i] = lateral[static_cast<Eigen::Index>(i)] * lateral[static_cast<Eigen::Index>(i)];
+
+    const Matrix36d on_position = shared ? through_estimate : Matrix36d(s.lever[k] * t.by_estimate);
+    for (int c = 0; c < 2; ++c) {
+      const Eigen::Matrix<double, 6, 1> response = station_response(k, c);
+      add_square<1>(on_position * response, out.position[kStationTotalField + static_cast<std::size_t>(c)]);
+      if (shared) others[static_cast<std::size_t>(c)] += response * response.transpose();
+    }
+    const Vector3d turned = station_declination * s.by_declination[k];
+    add_square<1>(s.lever[k] * turned, out.position[kStationDeclination]);
+    out.azimuth[k][kStationDeclination] = sum_of_squares<1>(s.right[k], turned);
+    out.azimuth[k][kMagnetometerNoise] = 0;
+    if (noise > 0) {
+      const Matrix63d response = noise_response(k);
+      add_square<3>(s.lever[k] * noise * s.by_field[k] + on_position * response, out.position[kMagnetometerNoise]);
+      if (shared) others[2] += response.lazyProduct(response.transpose());
+    }
+  }
+  for (std::size_t i = 0; i < kRunInputs; ++i)
+    add_square<1>(run_position.col(static_cast<Eigen::Index>(i)), out.position[i]);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Eigen::Matrix<double, 1, 6> y = s.right[k] * tangents[k].by_estimate;
+    for (int c = 0; c < 2; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      const double own = y * station_response(k, c);
+      out.azimuth[k][kStationTotalField + i] = shared ? double(y * others[i] * y.transpose()) : own * own;
+    }
+    if (noise > 0) {
+      // The station's own noise acts directly, too; its response is among those of all.
+      const Eigen::RowVector3d direct = noise * s.right[k] * s.by_field[k], response = y * noise_response(k);
+      const double all = shared ? double(y * others[2] * y.transpose()) : response.squaredNorm();
+      out.azimuth[k][kMagnetometerNoise] = all + direct.squaredNorm() + 2 * direct.dot(response);
+    }
+  }
+  return out;
+}
+
+CorrectedErrors undetermined(double condition) {
+  CorrectedErrors out;
+  out.determined = false;
+  out.condition = condition;
+  for (Matrix3d& c : out.position) c.setConstant(kNaN);
+  return out;
+}
+
+/// Without value where the unknowns are not determined; `condition` grows to that of the fit.
+std::optional<Response> find_response(const estimate::EstimatorOptions& o, const estimate::NominalTruth& truth,
+                                      double& condition) {
+  const std::optional<estimate::Sensitivity> s = estimate::find_sensitivity(o, truth);
+  condition = std::max(condition, s ? s->scaled_condition : kInfinity);
+  if (!(condition <= kUndetermined)) return {};
+  return response_of(*s, truth.stations, truth.field.gravity);
+}
+
+/// L^-1 actual L^-T, claimed = L L'; NaN where there is no L.
+Matrix2d whitened(const Matrix2d& actual, const Matrix2d& claimed, Matrix2d& inverse_factor) {
+  const Eigen::LLT<Matrix2d> llt(claimed);
+  if (llt.info() != Eigen::Success || !(claimed.determinant() > 1e-24 * claimed.trace() * claimed.trace()))
+    return Matrix2d::Constant(kNaN);
+  inverse_factor = llt.matrixL().solve(Matrix2d::Identity());
+  return inverse_factor * actual * inverse_factor.transpose();
+}
+
+}  // namespace
+
+const std::vector<std::string>& correction_names() {
+  static const std::vector<std::string> names{"none", "msa", "msa3", "joint", "joint_priors", "axial"};
+  return names;
+}
+
+estimate::InputErrors assumed_errors(const propagate::CodeDraws& sizes, double noise) {
+  estimate::InputErrors a;
+  a.magnetometer = noise;
+  a.total = sizes.run.total;
+  a.dip = sizes.run.dip;
+  a.station_total = sizes.station.total;
+  a.station_dip = sizes.station.dip;
+  a.gain = sizes.sensors[survey::kMagnetometerScale];
+  a.bias = sizes.sensors[survey::kMagnetometerBias];
+  a.axial_bias = sizes.interference;
+  return a;
+}
+
+estimate::EstimatorOptions axial_estimator() {
+  estimate::EstimatorOptions o;
+  o.estimated = kAxialBias;
+  return o;
+}
+
+Correction correction(const std::string& name, const propagate::CodeDraws& sizes, double noise) {
+  const std::vector<std::string>& names = correction_names();
+  require(std::find(names.begin(), names.end(), name) != names.end(), "correction.kind = \"{}\": must be one of {}",
+          name, fmt::join(names, ", "));
+  Correction c;
+  c.kind = name == "none"    ? Correction::Kind::none
+           : name == "axial" ? Correction::Kind::station
+                             : Correction::Kind::run;
+  if (name == "axial") c.estimator = axial_estimator();
+  if (name == "msa3") c.estimator.estimated = kBiases;
+  if (name == "joint" || name == "joint_priors") {
+    c.estimator.name = "msa_joint";
+    c.estimator.assumed = assumed_errors(sizes, noise);
+    if (name == "joint") c.estimator.assumed.gain = c.estimator.assumed.bias = c.estimator.assumed.axial_bias = 0;
+  }
+  return c;
+}
+
+MeasuredStations measured_stations(const survey::Survey& survey, const survey::ReferenceField& field,
+                                   bool first_leg_doubled) {
+  MeasuredStations m;
+  m.field = field;
+  const Matrix3d to_true = survey::true_from_magnetic(field.declination);
+  const std::size_t n = survey.stations.size();
+  for (std::size_t k = 1; k < n; ++k) {
+    const survey::Station& s = survey.stations[k];
+    const survey::Attitude at = survey::magnetic_attitude(s, field.declination);
+    m.fields.push_back({survey::magnetic_T(at, field.total, field.dip), survey::down_T(at)});
+    const propagate::TangentDerivatives d = propagate::tangent_derivatives(m.fields.back());
+    m.by_field.push_back(to_true * d.by_field);
+    m.by_down.push_back(to_true * d.by_down);
+    const double sine = std::sin(s.inclination);
+    m.by_declination.emplace_back(-sine * std::sin(s.azimuth), sine * std::cos(s.azimuth), 0);
+    m.right.emplace_back(-std::sin(s.azimuth), std::cos(s.azimuth), 0);
+    const double before = s.md - survey.stations[k - 1].md;
+    const double after = k + 1 < n ? survey.stations[k + 1].md - s.md : 0;
+    m.lever.push_back((before + after) / 2 + (k == 1 && first_leg_doubled ? before / 2 : 0));
+  }
+  return m;
+}
+
+CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
+                                 const Correction& c) {
+  double condition = 1;
+  std::vector<Response> responses;
+  estimate::NominalTruth truth{{}, {1, 1, 1}, {0, 0, 0}, s.field};
+  switch (c.kind) {
+    case Correction::Kind::none:
+      responses.push_back(no_response());
+      break;
+    case Correction::Kind::run: {
+      truth.stations = s.fields;
+      std::optional<Response> r = find_response(c.estimator, truth, condition);
+      if (!r) return undetermined(condition);
+      responses.push_back(std::move(*r));
+      break;
+    }
+    case Correction::Kind::station:
+      for (const survey::StationFields& f : s.fields) {
+        truth.stations = {f};
+        std::optional<Response> r = find_response(axial_estimator(), truth, condition);
+        if (!r) return undetermined(condition);
+        responses.push_back(std::move(*r));
+      }
+      break;
+  }
+  CorrectedErrors out = sum_up(s, draws, noise, responses);
+  out.condition = condition;
+  return out;
+}
+
+Matrix3d CorrectedErrors::covariance() const {
+  Matrix3d sum = Matrix3d::Zero();
+  for (const Matrix3d& c : position) sum += c;
+  return sum;
+}
+
+double CorrectedErrors::azimuth_variance(std::size_t station) const {
+  double sum = 0;
+  for (const double v : azimuth[station]) sum += v;
+  return sum;
+}
+
+double worst_ratio(const Matrix2d& actual, const Matrix2d& claimed) {
+  Matrix2d factor;
+  const Matrix2d m = whitened(actual, claimed, factor);
+  const double half = (m(0, 0) + m(1, 1)) / 2, difference = (m(0, 0) - m(1, 1)) / 2;
+  return std::sqrt(half + std::hypot(difference, m(0, 1)));
+}
+
+Vector2d worst_direction(const Matrix2d& actual, const Matrix2d& claimed) {
+  Matrix2d factor = Matrix2d::Constant(kNaN);
+  const Matrix2d m = whitened(actual, claimed, factor);
+  const double angle = std::atan2(2 * m(0, 1), m(0, 0) - m(1, 1)) / 2;
+  return (factor.transpose() * Vector2d(std::cos(angle), std::sin(angle))).normalized();
+}
+
+}  // namespace surveymc::analysis

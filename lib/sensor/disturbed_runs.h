@@ -1,0 +1,46 @@
+#pragma once
+/// Readings of six axes of runs in which nothing is as the reference says: the tool has biases and scales, and the true
+/// field differs from the reference, by one draw for the run and by another at every station.
+///
+///   B_k = B + dB + dB_k,  dip_k = dip + dd + dd_k,  magnetic north is turned by de + de_k
+///   g = G u (1 + scale) + bias,   m = (1 + scale) b_k + bias + noise,   b_k the field B_k, dip_k in the tool frame
+/// The reading block's `down` is the direction of g; its reference is (B, dip), what an estimator is told.
+#include <cstdint>
+#include <vector>
+
+#include "random/stream.h"
+#include "survey/readings.h"
+#include "survey/reference_field.h"
+#include "survey/sensor_terms.h"
+#include "survey/survey.h"
+
+namespace surveymc::sensor {
+
+/// One standard deviation of an error of the reference: nT, rad, rad.
+struct ReferenceErrors {
+  double total = 0, dip = 0, declination = 0;
+};
+
+struct DisturbedRunSetup {
+  survey::ReferenceField field;
+  /// Of every measured station, nine numbers: magnetic north by the reference, east and down, in tool axes.
+  std::vector<double> frames;
+  survey::SensorTermArray sd{};  ///< once a run
+  double interference = 0;       ///< nT, once a run, added to the bias of z
+  ReferenceErrors run, station;  ///< once a run; new at every station
+  double noise = 0;              ///< nT, of a magnetometer reading
+
+  int stations() const { return static_cast<int>(frames.size() / 9); }
+};
+/// The stations of `survey` but the first, which is the tie-on. Sizes are zero.
+DisturbedRunSetup disturbed_run_setup(const survey::Survey& survey, const survey::ReferenceField& field);
+
+/// A block of the right shape.
+survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& setup);
+
+/// Fills `out` with trials first_trial, first_trial + 1, ... (first_trial a multiple of kGroup). Channels:
+/// disturbed_run, disturbed_station, and magnetometer_noise with noise.
+void draw_disturbed_runs(const DisturbedRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial,
+                         survey::ReadingBlock& out);
+
+}  // namespace surveymc::sensor

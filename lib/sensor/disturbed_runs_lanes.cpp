@@ -1,0 +1,83 @@
+#include "sensor/disturbed_runs_lanes.h"
+
+#include "simd/math.h"
+#include "survey/frames.h"
+
+namespace surveymc::sensor::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
+namespace {
+
+using T = Lanes;
+
+survey::Vec3<T> vec(const double* p) { return {T(p[0]), T(p[1]), T(p[2])}; }
+
+/// One run: 16 draws, then four at every station, of which the last is not used.
+void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>& trial, double* magnetic,
+         double* down) {
+  std::array<T, 16> z;
+  for (std::uint32_t call = 0; call < 4; ++call) {
+    const auto draws = stream.normals<T>(trial, random::Channel::disturbed_run, Bits<T>(call));
+    for (std::size_t i = 0; i < 4; ++i) z[4 * call + i] = draws[i];
+  }
+  const auto term = [&](std::size_t i) { return T(b.sd[i]) * z[i]; };
+  const auto three = [&](std::size_t from) { return survey::Vec3<T>{term(from), term(from + 1), term(from + 2)}; };
+  const T per_gravity(1 / b.gravity), one(1.0);
+  const survey::Vec3<T> a_bias = scale(per_gravity, three(survey::kAccelerometerBias)),
+                        a_scale = three(survey::kAccelerometerScale), m_scale = three(survey::kMagnetometerScale);
+  survey::Vec3<T> m_bias = three(survey::kMagnetometerBias);
+  m_bias.z = fma(T(b.interference), z[12], m_bias.z);
+  const T total = fma(T(b.run.total), z[13], T(b.total)), dip = fma(T(b.run.dip), z[14], T(b.dip)),
+          declination = T(b.run.declination) * z[15];
+  for (int k = 0; k < b.stations; ++k) {
+    const auto draws =
+        stream.normals<T>(trial, random::Channel::disturbed_station, Bits<T>(static_cast<std::uint64_t>(k)));
+    const T field = fma(T(b.station.total), draws[0], total);
+    const auto [sin_dip, cos_dip] = sincos(fma(T(b.station.dip), draws[1], dip));
+    const auto [sin_turn, cos_turn] = sincos(fma(T(b.station.declination), draws[2], declination));
+    const T horizontal = field * cos_dip, vertical = field * sin_dip;
+    const T along_north = horizontal * cos_turn, along_east = horizontal * sin_turn;
+    const double* frame = b.frames + 9 * k;
+    const survey::Vec3<T> n = vec(frame), e = vec(frame + 3), u = vec(frame + 6);
+    const auto reading = [&](const T& nc, const T& ec, const T& uc, const T& gain, const T& bias) {
+      const T x = fma(nc, along_north, fma(ec, along_east, uc * vertical));
+      return fma(gain, x, x) + bias;
+    };
+    store(magnetic + 3 * k * kGroup, reading(n.x, e.x, u.x, m_scale.x, m_bias.x));
+    store(magnetic + (3 * k + 1) * kGroup, reading(n.y, e.y, u.y, m_scale.y, m_bias.y));
+    store(magnetic + (3 * k + 2) * kGroup, reading(n.z, e.z, u.z, m_scale.z, m_bias.z));
+    const survey::Vec3<T> g{fma(a_scale.x, u.x, u.x) + a_bias.x, fma(a_scale.y, u.y, u.y) + a_bias.y,
+                            fma(a_scale.z, u.z, u.z) + a_bias.z};
+    const survey::Vec3<T> direction = scale(one / norm(g), g);
+    store(down + 3 * k * kGroup, direction.x);
+    store(down + (3 * k + 1) * kGroup, direction.y);
+    store(down + (3 * k + 2) * kGroup, direction.z);
+  }
+  if (!(b.noise > 0)) return;
+  for (int row = 0; row < 3 * b.stations; row += 4) {
+    const auto draws =
+        stream.normals<T>(trial, random::Channel::magnetometer_noise, Bits<T>(static_cast<std::uint64_t>(row / 4)));
+    for (int i = 0; i < 4 && row + i < 3 * b.stations; ++i) {
+      double* at = magnetic + (row + i) * kGroup;
+      store(at, fma(T(b.noise), draws[static_cast<std::size_t>(i)], load<T>(at)));
+    }
+  }
+}
+
+}  // namespace
+
+void disturbed_runs(const DisturbedRunBatch& b, const random::Stream& stream) {
+  const auto [sin_dip, cos_dip] = sincos(T(b.dip));
+  for (int group = 0; group < b.groups; ++group)
+    for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
+      const auto g = static_cast<std::size_t>(group);
+      run(b, stream, consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)),
+          b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
+      double* reference = b.reference + g * b.reference_stride + lane;
+      store(reference, T(b.total) * cos_dip);
+      store(reference + kGroup, T(b.total) * sin_dip);
+    }
+}
+
+}  // namespace surveymc::sensor::SURVEYMC_ISA

@@ -1,0 +1,25 @@
+#pragma once
+/// The kernel behind draw_disturbed_runs, for both instruction sets (simd/lanes.h).
+#include <cstddef>
+#include <cstdint>
+
+#include "sensor/disturbed_runs.h"
+#include "simd/instruction_set.h"
+
+namespace surveymc::sensor {
+
+/// Raw view of a batch; rows are kGroup doubles apart.
+struct DisturbedRunBatch {
+  const double* frames;
+  int stations, groups;
+  survey::SensorTermArray sd;
+  double interference, noise, total, dip, gravity;
+  ReferenceErrors run, station;
+  std::uint64_t first_trial;
+  double *magnetic, *down, *reference;
+  std::size_t magnetic_stride, down_stride, reference_stride;
+};
+
+SURVEYMC_KERNEL(void disturbed_runs(const DisturbedRunBatch& batch, const random::Stream& stream));
+
+}  // namespace surveymc::sensor
