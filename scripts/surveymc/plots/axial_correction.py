@@ -112,12 +112,9 @@ def maps_figure(title, methods, inclination, azimuth, error, sd):
         bar = figure.colorbar(filled[name], ax=list(row), ticks=levels[name], pad=0.02, format=lambda v, _: f"{v:g}")
         bar.ax.minorticks_off()
         bar.set_label(f"{name} ({DEGREE})")
-    what = "Standard deviation of the azimuth" if len(rows) == 1 else \
-        "Azimuth: error by the constant errors, and standard deviation"
-    note = "hatched: infinite (no solution, or no azimuth)"
-    if any(not np.all(np.isfinite(v)) for v, _ in rows):
-        note += "; grey: beside it"
-    figure.suptitle(f"{title}\n{what}" + ("\n" if columns < 4 else "; ") + note, fontsize=10)
+    drawing.heading(figure, title, ("Standard deviation of the azimuth" if len(rows) == 1 else "Azimuth: error by the constant errors, and standard "
+                    "deviation") + ". Hatched: infinite (no solution, or no azimuth)"
+                    + ("; grey: beside it." if any(not np.all(np.isfinite(v)) for v, _ in rows) else "."))
     return figure
 
 

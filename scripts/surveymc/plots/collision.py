@@ -11,6 +11,13 @@ from . import drawing, reading, saving, wording
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
 MOST_CURVES = 12
 MARKERS = ("o", "s", "^", "D", "v", "P")
+TEXTS = {"probability": "The probability that the wells touch against the least separation factor, with intervals; line: factor 1. What the wells "
+                        "share joins the points of an offset.",
+         "contact": "Where they touch: median, middle half and middle 90 % of the probability.",
+         "importance": "Which errors make the wells touch: their shares of the squared distance of the nearest way.",
+         "multiplier": "Probability and separation factor against the size of all errors.",
+         "crossing": "Probability against the angle at which the wells pass each other at the same distance.",
+         "plane": "Hits in the plane across the wells at their closest pair (size: weight), the holes, and 1, 2 and 3 sd."}
 
 
 def rows(table, **wanted):
@@ -57,8 +64,6 @@ def probability(table):
         logarithmic(ax.yaxis, min(seen) / 2, min(2 * max(seen), 1.1))
     ax.margins(x=0.12)
     ax.legend()
-    ax.set_title("Probability and separation factor (bars: "
-                 f"{100 * table.confidence:g} % intervals; line: factor 1)", loc="left", fontsize=10)
     return figure
 
 
@@ -82,7 +87,6 @@ def contact(table):
         ax.set_xlabel(f"measured depth on the {well} well (m)")
     panels[0].set_yticks(range(len(events)), [events_text([e]) for e in events])
     panels[0].set_ylim(len(events) - 0.4, -0.6)
-    panels[0].set_title("Where they touch: median, middle half, middle 90 %")
     return figure
 
 
@@ -107,7 +111,7 @@ def importance(table):
     shown = [s for s in sorted(largest, key=lambda s: -largest[s]) if largest[s] > 0.01][:12]
     columns = min(4, len(panels))
     lines = -(-len(panels) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(2 + 2.6 * columns, lines * (1.1 + 0.22 * len(shown)) + 0.5), squeeze=False,
+    figure, axes = plt.subplots(lines, columns, figsize=(max(2 + 2.6 * columns, 7), lines * (0.9 + 0.24 * len(shown)) + 0.8), squeeze=False,
                                 layout="constrained", sharex=True, sharey=True)
     for ax in axes.flat[len(panels):]:
         ax.set_axis_off()
@@ -181,7 +185,6 @@ def multiplier(table):
     factor.set_ylabel("separation factor (dotted)")
     factor.grid(False)
     ax.legend(loc="center right", fontsize=8)
-    ax.set_title("Probability and separation factor against the size of all errors", loc="left")
     return figure
 
 
@@ -205,7 +208,6 @@ def crossing(table, closest):
     ax.set_xticks(apart, [f"{x:.3g}" for x in apart])
     ax.minorticks_off()
     ax.legend(fontsize=8)
-    ax.set_title("Probability against the angle of crossing", loc="left")
     return figure
 
 
@@ -322,7 +324,7 @@ def main():
             return
         saved.append(name)
         if figure._suptitle is None:
-            figure.suptitle(": ".join(filter(None, (title, label))), x=0.01, ha="left", fontsize=10)
+            drawing.heading(figure, ": ".join(filter(None, (title, label))), TEXTS.get(name, ""))
         saving.save(figure, folder, f"{stem}_{name}")
 
     if "offset" in whole:

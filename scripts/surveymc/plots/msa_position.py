@@ -15,9 +15,6 @@ import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from . import drawing, geometry, ratios, reading, saving, wording
 from .drawing import LOOK, PROPAGATIONS, PUBLISHED
@@ -196,71 +193,32 @@ def parameters_figure(title, table):
     rows = {q: table.row(quantity=q) for p in PARAMETERS for q in (f"mean_{p}", f"sigma3_{p}")}
     if any(r is None for r in rows.values()):
         raise PlotError("table 'parameters' lacks mean_ or sigma3_ of a gain or a bias")
-    published = any(np.isfinite(r["published"]) for r in rows.values())
-    mean_look = {"color": "#009E73", "marker": "s", "markersize": 7, "markeredgecolor": "white"}
-    input_look = {"color": "#D55E00", "marker": "D", "markersize": 6.5, "markeredgecolor": "white"}
-
-    figure, panels = plt.subplots(2, 3, figsize=(12.0, 8.0))
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.865, bottom=0.155, hspace=0.46, wspace=0.34)
-    figure.suptitle(title, x=0.02, y=0.985, ha="left")
-    figure.text(0.02, 0.942, f"Estimated gains and biases minus their input; bars are 3{SIGMA}. {trials_text(table)}.",
-                ha="left", va="top")
-    for ax, p in zip(panels.flat, PARAMETERS):
-        mean, sigma3 = rows[f"mean_{p}"], rows[f"sigma3_{p}"]
+    looks = {"Monte Carlo": (LOOK["monte_carlo"]["color"], "o", "monte_carlo"), "predicted": (LOOK["joint"]["color"], "D", "analytic"),
+             "published": (PUBLISHED, "s", "published")}
+    if not any(np.isfinite(r["published"]) for r in rows.values()):
+        looks.pop("published")
+    figure, panels = drawing.panels(6, (3.9, 2.9))
+    for ax, p in zip(panels, PARAMETERS):
         kind, axis = p.split("_")
+        mean, bars = rows[f"mean_{p}"], rows[f"sigma3_{p}"]
         true = mean["analytic"]
-        bars = [sigma3["monte_carlo"], sigma3["analytic"]] + ([sigma3["published"]] if published else [])
-        scale, unit = panel_unit(max((b for b in bars if np.isfinite(b)), default=1.0), "nT" if kind == "bias" else "")
-        deviation = (mean["monte_carlo"] - true) / scale
-        bars = [b / scale for b in bars]
-        ax.axhline(0, color=input_look["color"], linewidth=1.0)
-        ax.bar(0, 2 * bars[0], bottom=deviation - bars[0], width=0.36, color=LOOK["monte_carlo"]["color"], alpha=0.85)
-        ax.plot(0, deviation, linestyle="none", zorder=4, **mean_look)
-        ax.bar(1, 2 * bars[1], bottom=-bars[1], width=0.09, color=LOOK["joint"]["color"])
-        ax.plot(1, 0, linestyle="none", zorder=4, **input_look)
-        if published and np.isfinite(mean["published"]):
-            ax.errorbar(2, (mean["published"] - true) / scale, fmt="o", color=PUBLISHED, elinewidth=2.2, capsize=5,
-                        capthick=1.6, yerr=bars[2] if np.isfinite(bars[2]) else None)
-        digits = decimals(bars)
-        ax.set_xticks(range(len(bars)))
-        ax.set_xticklabels([f"{n}\n\N{PLUS-MINUS SIGN}{b:.{digits}f}" if np.isfinite(b) else f"{n}\n\N{EN DASH}"
-                            for n, b in zip(("Monte Carlo", "predicted", "published"), bars)])
-        ax.set_xlim(-0.55, len(bars) - 0.45)
+        size = max(bars[column] for _, _, column in looks.values() if np.isfinite(bars[column]))
+        power = 3 * int(np.floor(np.log10(size) / 3)) if 0 < size < 0.002 else 0
+        digits = int(max(2 - np.floor(np.log10(size) - power), 0)) if size > 0 else 0
+        ax.axhline(0, color="#444444", linewidth=1.0)
+        for x, (label, (colour, marker, column)) in enumerate(looks.items()):
+            ax.errorbar(x, (mean[column] - true) / 10.0**power, yerr=bars[column] / 10.0**power, fmt=marker, color=colour, elinewidth=3, capsize=6,
+                        capthick=1.5, markersize=7, markeredgecolor="white", zorder=3)
+        ax.set_xticks(range(len(looks)), [f"{label}\n\N{PLUS-MINUS SIGN}{bars[column] / 10.0**power:.{digits}f}" if np.isfinite(bars[column]) else label
+                                          for label, (*_, column) in looks.items()])
+        ax.set_xlim(-0.55, len(looks) - 0.45)
         ax.grid(False, axis="x")
-        ax.tick_params(axis="x", length=0)
-        ax.yaxis.set_major_locator(MaxNLocator(7, steps=(1, 2, 5, 10)))
-        reach = max(abs(y) for y in ax.get_ylim())  # the input in the middle: asymmetry is visible
-        ax.set_ylim(-reach, reach)
         shown = f"{true:.3f}" if kind == "gain" else f"{true:g} nT".replace("-", "\N{MINUS SIGN}")
         ax.set_title(f"{kind.capitalize()} {axis}, input {shown}")
-        ax.set_ylabel(f"{kind.capitalize()} {axis} \N{MINUS SIGN} input{unit}")
-    handles = [
-        Line2D([], [], linestyle="none", label="input (true value)", **input_look),
-        Line2D([], [], linestyle="none", label="mean of the estimates", **mean_look),
-        Patch(color=LOOK["monte_carlo"]["color"], alpha=0.85, label=f"3{SIGMA} Monte Carlo"),
-        Line2D([], [], color=LOOK["joint"]["color"], linewidth=4, label=f"3{SIGMA} predicted, about the input"),
-    ]
-    if published:
-        handles.append(Line2D([], [], color=PUBLISHED, marker="o", linewidth=2.2,
-                              label=f"published mean \N{PLUS-MINUS SIGN} 3{SIGMA}"))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), bbox_to_anchor=(0.5, 0.035))
-    figure.text(0.5, 0.014, f"\N{PLUS-MINUS SIGN}: half length of the bar, 3{SIGMA}, in the unit of the panel",
-                ha="center", va="bottom", fontsize=9, color="#444444")
+        unit = " ".join(filter(None, (f"$10^{{{power}}}$" if power else "", "nT" if kind == "bias" else "")))
+        ax.set_ylabel("less its input" + (f" ({unit})" if unit else ""))
+    drawing.heading(figure, title, f"Estimated gains and biases less their input: means and 3{SIGMA}, whose numbers stand below. {trials_text(table)}.")
     return figure
-
-
-def decimals(values):
-    """Decimals that give the smallest of some values three significant digits."""
-    sizes = [np.floor(np.log10(abs(v))) for v in values if np.isfinite(v) and v != 0]
-    return int(max(2 - min(sizes), 0)) if sizes else 0
-
-
-def panel_unit(largest, unit):
-    """Scale and text of the unit, so that the ticks of small values stay short: (1e-3, ' (10^-3 nT)')."""
-    if largest >= 0.002 or largest <= 0:
-        return 1.0, f" ({unit})" if unit else ""
-    exponent = 3 * int(np.floor(np.log10(largest) / 3))
-    return 10.0**exponent, f" ($10^{{{exponent}}}$ {unit})".replace(" )", ")")
 
 
 # --- 3: ratio -------------------------------------------------------------------------------------------------------

@@ -40,10 +40,8 @@ def maps_figure(title, detectable, effect, names, rows, observation_of, effect_n
             levels = levels_of(sizes)
             filled = panel(axes, x, y, sizes, names, f"{title_of} ({unit_shown}){suffix}", line, levels)
             colour_bar(figure, filled, axes, levels, unit_shown)
-    notes = "hatched: infinite (never detected, or the angle has no value)"
-    if tolerance is not None:
-        notes += f"; dashed: tolerance {tolerance:g}°"
-    figure.suptitle(f"{title}\n{notes}", fontsize=10)
+    drawing.heading(figure, title, "Hatched: infinite (never detected, or the angle has no value)"
+                    + ("." if tolerance is None else f"; dashed: tolerance {tolerance:g}°."))
     return figure
 
 
@@ -82,9 +80,7 @@ def curves_figure(title, detectable, effect, name, rows, observation_of, effect_
         right.axhline(tolerance, color="#777777", linewidth=0.8)
         right.set_ylim(0, max(5 * tolerance, 1e-12))
     left.legend(fontsize=8)
-    figure.suptitle(title + ("" if tolerance is None else
-                             f"\npoints: where the effect passes the tolerance of {tolerance:g}°"),
-                    fontsize=10)
+    drawing.heading(figure, title, "" if tolerance is None else f"Points: where the effect passes the tolerance of {tolerance:g}°.")
     return figure
 
 

@@ -143,8 +143,7 @@ def nonlinear_figure(title, grids, names, rows, observation_of, differs=None):
                                linewidths=1.6)
     units = ", ".join(sorted({unit_of(grids[0], observation_of(chosen)) for _, chosen in rows}))
     line = "; inside the orange line linear theory is off by more than 20 %" if differs is not None else ""
-    figure.suptitle(f"{title}\nminimal detectable errors ({units}); hatched: infinite (never detected){line}",
-                    fontsize=10)
+    drawing.heading(figure, title, f"Minimal detectable errors ({units}); hatched: infinite (never detected){line}.")
     return figure
 
 
@@ -240,5 +239,5 @@ def residuals_figure(title, residuals, effect, effect_name, sizes, plane, rows, 
         lines = [line for line in lines if not line.get_label().startswith("_")]
         axes.legend(lines, [line.get_label() for line in lines], fontsize=8, loc="upper center", ncols=len(lines),
                     columnspacing=1, handlelength=2.2, handletextpad=0.5)
-    figure.suptitle(title, fontsize=10)
+    drawing.heading(figure, title, "Residuals that the error causes, and what it does to the angle.")
     return figure

@@ -83,8 +83,8 @@ def draw(title, rule, table, quantity, sample):
     strongest = sorted(rows, key=lambda key: -rows[key]["with pairs"][0])[:4]
     for n, key in enumerate(strongest):
         draw_effect(figure.add_subplot(grid[n // 2, 2 + n % 2]), key, keys[key][good], y[good], quantity, rule.get("scale") == "log")
-    figure.suptitle(f"{title}\n{wording.axis_name(quantity.split('.', 1)[1])} of {int(good.sum())} points; lines: medians and the middle 80 %",
-                    fontsize=10)
+    drawing.heading(figure, title, f"{wording.axis_name(quantity.split('.', 1)[1])} of {wording.grouped(int(good.sum()))} points; right: the keys that "
+                    "explain most, medians and the middle 80 %.")
     return figure
 
 
