@@ -15,6 +15,7 @@ import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.lines import Line2D
 
 from . import drawing, geometry, ratios, reading, saving, wording
 from .drawing import LOOK, PROPAGATIONS, PUBLISHED
@@ -54,13 +55,11 @@ def position_figure(title, samples, covariances, ellipses):
     azimuth, truth = shapes["joint"][2:4]
     north, east = samples["north_m"] - truth[0], samples["east_m"] - truth[1]
 
-    figure = plt.figure(figsize=(12.0, 8.8), layout="constrained")
+    figure, (plan, axes) = drawing.panels(2, (6.0, 7.2))
     drawing.heading(figure, title, "Final position after MSA, relative to the true one. Cloud: the first "
                     f"{grouped(len(north))} realisations; statistics: {trials_text(ellipses)}."
                     + (" Lines with ticks, below in (b): predicted ellipses without width." if any(geometry.is_line(*s[:2]) for s in shapes.values())
                        else ""))
-    grid = figure.add_gridspec(2, 2, height_ratios=(3.0, 1.15))
-    plan, axes = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
     dots = drawing.dot_size(len(north), smallest=3.0)
     for ax, view in ((plan, lambda n, e: (e, n)),
                      (axes, lambda n, e: geometry.map_turned(n, e, azimuth))):
@@ -85,7 +84,7 @@ def position_figure(title, samples, covariances, ellipses):
     minor = shapes.get("monte_carlo", shapes["joint"])[1]
     enlarged = f", enlarged {number((x1 - x0) / (y1 - y0), 1)} times" if x1 - x0 > 1.5 * (y1 - y0) else ""
     axes.set_title(f"(b) Along and across{enlarged}; 1{SIGMA} across: {length(minor)}")
-    ellipse_table(figure.add_subplot(grid[1, :]), shapes, circle)
+    drawing.legend_below(figure, ellipse_handles(shapes, circle), handlelength=3.2)
     return figure
 
 
@@ -137,52 +136,24 @@ def draw_circle_about_origin(ax, truth, azimuth):
     return True
 
 
-def ellipse_table(ax, shapes, circle):
-    """Legend and numbers in one: a line sample, what it is, its axes, and the share of the trials inside it."""
-    ax.set_axis_off()
-    ax.set_xlim(0, 1)
-    ax.set_ylim(-0.1, 7.4)
-    meaning = {
-        "monte_carlo": "sample covariance, about the mean",
-        "joint": "first order: each draw, direct and by the estimate",
-        "systematic": "six independent systematic errors",
-        "random": "errors independent from station to station",
-    }
-    columns = (0.60, 0.705, 0.80, 0.872, 0.932, 0.992)
-    y = 6.3
-    ax.text(0.0, y, f"Ellipses at 1, 2 and 3{SIGMA} (thin to thick)", weight="bold", va="center")
-    for x, head in zip(columns, (f"semi-major\n1{SIGMA} (m)", f"semi-minor\n1{SIGMA} (m)", "azimuth\n(\N{DEGREE SIGN})",
-                                 f"in 1{SIGMA}\n(%)", f"in 2{SIGMA}\n(%)", f"in 3{SIGMA}\n(%)")):
-        ax.text(x, y, head, ha="right", va="center", weight="bold", fontsize=9)
-    ax.axhline(y - 0.75, color="#999999", linewidth=0.8)
-    y -= 0.3
+def ellipse_handles(shapes, circle):
+    """Legend and numbers in one: what a line is, its axes, and the share of the trials inside of it."""
+    meaning = {"monte_carlo": "sample, about its mean", "joint": "each draw, direct and by the estimate",
+               "systematic": "six independent systematic errors", "random": "errors independent from station to station"}
+    handles = []
     for name, (a, b, azimuth, _, row) in shapes.items():
-        y -= 1
-        ax.plot((0.0, 0.05), (y, y), color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.8)
-        ax.text(0.06, y, LOOK[name]["label"], va="center")
-        ax.text(0.16, y, meaning[name], va="center", fontsize=9)
-        cells = [number(a), "0 (a line)" if geometry.is_line(a, b) else number(b), f"{azimuth:.2f}"]
-        if name != "monte_carlo":  # a line has no inside
-            cells += [percent(np.nan if geometry.is_line(a, b) else row[f"coverage_{k}sigma"]) for k in (1, 2, 3)]
-        for x, cell in zip(columns, cells):
-            ax.text(x, y, cell, ha="right", va="center", weight="bold" if name == "joint" else "normal")
-    ax.axhline(y - 0.5, color="#999999", linewidth=0.8)
-    y -= 1
-    ax.plot(0.025, y, "+", color="black", markersize=11, markeredgewidth=1.6)
-    ax.text(0.06, y, "true position", va="center")
-    ax.text(columns[2], y, "expected share if normal", ha="right", va="center", fontsize=9)
-    for x, k in zip(columns[3:], (1, 2, 3)):
-        ax.text(x, y, percent(geometry.ellipse_coverage(k)), ha="right", va="center")
-    if not circle:
-        return
-    y -= 1
-    ax.plot((0.0, 0.05), (y, y), color=CIRCLE, linewidth=1.0)
-    ax.text(0.06, y, "circle about the first station: where one azimuth error, the same at all stations, moves the end",
-            va="center", fontsize=9)
-
-
-def percent(share):
-    return f"{100 * share:.1f}" if np.isfinite(share) else "\N{EN DASH}"
+        is_line = geometry.is_line(a, b)
+        text = f"{LOOK[name]['label']} ({meaning[name]}): 1{SIGMA} {length(a)} by {'0' if is_line else length(b)}, azimuth {azimuth:.2f}\N{DEGREE SIGN}"
+        if name != "monte_carlo" and not is_line:  # a line has no inside
+            inside = [f"{100 * row[f'coverage_{k}sigma']:.1f}" for k in (1, 2, 3)]
+            text += f"; inside 1, 2, 3{SIGMA} {', '.join(inside)} %"
+        handles.append(Line2D([], [], color=LOOK[name]["color"], linestyle=LOOK[name]["linestyle"], linewidth=1.8, label=text))
+    handles.append(Line2D([], [], color="black", marker="+", linestyle="none", markersize=11, markeredgewidth=1.6, label="true position; inside, if normal: "
+                          + ", ".join(f"{100 * geometry.ellipse_coverage(k):.1f}" for k in (1, 2, 3)) + " %"))
+    if circle:
+        handles.append(Line2D([], [], color=CIRCLE, linewidth=1.0, label="circle about the first station: where one azimuth error, the same at all "
+                              "stations, moves the end"))
+    return handles
 
 
 # --- 2: parameters --------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Figures and text tables of the study of S. Vis (TU Delft 2019) that span its tests: configs/thesis/*.toml.
+"""Figures of the study of S. Vis (TU Delft 2019) that span its tests: configs/thesis/*.toml.
 
     surveymc plot thesis RESULT.h5 [-o FOLDER]
 
@@ -9,7 +9,7 @@ What the result has decides what is drawn, each as PNG and SVG:
 <stem>_published         table8.toml, table9_10_11.toml: position uncertainty, published and ours
 <stem>_ellipsoids        table8.toml: figure 7 of the thesis, final positions with the 3-sigma ellipsoids
 
-Rankings and comparisons with published values are printed too. Figures of single points, and of the noise scale, are
+Figures of single points, and of the noise scale, are
 surveymc plot msa_position's.
 """
 
@@ -17,26 +17,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from . import drawing, estimator_figures, geometry, msa_position, reading, saving, wording
-from .drawing import LOOK, PROPAGATIONS, heading
+from . import drawing, estimator_figures, geometry, msa_position, ratios, reading, saving, wording
+from .drawing import LOOK, PROPAGATIONS
 from .reading import PlotError
-from .wording import SIGMA, number
+from .wording import SIGMA
 
 DIRECTIONS = ("north", "east")
 REFERENCE_LOOK = {"exact": "#222222", "107 nT/.16 deg per run": "#D55E00", "130 nT/.20 deg per run": "#E69F00",
                   "107 nT/.16 deg per station": "#0072B2", "130 nT/.20 deg per station": "#56B4E9"}
-
-
-def text_table(title, head, rows, left=1):
-    """Prints an aligned table; the first `left` columns to the left."""
-    cells = [head] + rows
-    widths = [max(len(r[c]) for r in cells) for c in range(len(head))]
-    print(title)
-    for i, row in enumerate(cells):
-        print("  ".join(v.ljust(w) if c < left else v.rjust(w) for c, (v, w) in enumerate(zip(row, widths))).rstrip())
-        if i == 0:
-            print("-" * (sum(widths) + 2 * (len(widths) - 1)))
-    print()
 
 
 # --- which reading of the noise -------------------------------------------------------------------------------------
@@ -62,14 +50,10 @@ def rms(ratios):
 def hypotheses_figure(title, parameters):
     ranked = readings_of_the_noise(parameters)
     tests = sorted({c.split(": ")[0] for c in parameters["case"]})
-    text_table(f"readings of the noise against published 3-sigma of {', '.join(tests)}, best first",
-               ["rank", "noise law", "reference", "rms ln ratio", "min ratio", "max ratio"],
-               [[str(i), law.replace("_", " "), reference, f"{rms(r):.3f}", f"{r.min():.3f}", f"{r.max():.3f}"]
-                for i, ((law, reference), r) in enumerate(ranked.items(), 1)], left=3)
     count = len(ranked)
     figure, (ax, bars) = plt.subplots(1, 2, figsize=(12.0, 0.34 * count + 2.3), sharey=True, width_ratios=(2.6, 1), layout="constrained")
     size = len(next(iter(ranked.values())))
-    heading(figure, title, f"{size} published standard deviations over Monte Carlo ({', '.join(tests)}; "
+    drawing.heading(figure, title, f"{size} published standard deviations over Monte Carlo ({', '.join(tests)}; "
             f"{wording.counts_text(parameters['trials'])} trials a point). Noise law and reference on the left; "
             "the noise's size is the same in all.")
     for y, ((law, reference), r) in enumerate(ranked.items()):
@@ -99,83 +83,19 @@ def hypotheses_figure(title, parameters):
 # --- published positions --------------------------------------------------------------------------------------------
 
 
-def published_text(table, keys):
-    """Prints every published value of a comparison table beside ours."""
-    rows, seen = [], set()
-    for i in range(table.rows):
-        row = {k: v[i] for k, v in table.items()}
-        point = tuple(row[k] for k in keys)
-        if not np.isfinite(row["published"]) or (point, row["quantity"], row["published"]) in seen:
-            continue  # one value may stand beside several formulations
-        seen.add((point, row["quantity"], row["published"]))
-        over = [row["published"] / row[k] if row[k] != 0 else np.nan for k in ("monte_carlo", "analytic")]
-        rows.append([wording.point_name(keys, point), row.get("formulation", ""), row["quantity"], row["unit"],
-                     *(number(row[k], 5) for k in ("published", "monte_carlo", "analytic")), *(number(r) for r in over)])
-    if rows:
-        text_table(f"{table.name}: published values beside ours",
-                   ["point", "formulation", "quantity", "unit", "published", "Monte Carlo", "predicted", "pub. / MC",
-                    "pub. / predicted"], rows, left=4)
-
-
-def source_of(config, case, formulation):
-    """'table 10' of the [[published]] entry behind a row."""
-    for entry in reversed(config.get("published", [])):
-        if (entry.get("table") == "position" and entry.get("formulation", "") == formulation
-                and entry.get("at", {}).get("case", case) == case):
-            return entry.get("source", "published").split(", ")[-1]
-    return "published"
-
-
-def published_figure(title, position, config, confidence):
-    tests = list(dict.fromkeys(position["case"]))
-    figure, panels = plt.subplots(1, 2, figsize=(12.5, 6.6), layout="constrained")
-    heading(figure, title, f"3{SIGMA} of the final position, published (hollow; the number is published / predicted) beside "
-            f"ours. {wording.counts_text(position['trials'])} trials a point.")
-    sources = {}
-    for ax, d in zip(panels, DIRECTIONS):
-        for i, test in enumerate(tests):
-            for f, formulation in enumerate(PROPAGATIONS):
-                row = position.row(case=test, quantity=f"sigma3_{d}", formulation=formulation)
-                if row is None:
-                    continue
-                x = i + 0.25 * (f - 1)
-                if f == 0:
-                    ax.errorbar(i - 0.42, row["monte_carlo"], color=LOOK["monte_carlo"]["color"], marker="o", markersize=6.5,
-                                yerr=[[row["monte_carlo"] - row["monte_carlo_ci_low"]],
-                                      [row["monte_carlo_ci_high"] - row["monte_carlo"]]])
-                ax.plot(x, row["analytic"], linestyle="none", marker="_", color=LOOK[formulation]["color"], markersize=16,
-                        markeredgewidth=2.4)
-                if not np.isfinite(row["published"]):
-                    continue
-                sources.setdefault(formulation, source_of(config, test, formulation))
-                ax.plot(x, row["published"], linestyle="none", marker="s", markerfacecolor="none", markersize=8,
-                        color=LOOK[formulation]["color"], markeredgewidth=1.4)
-                above = row["published"] >= row["analytic"]
-                ax.annotate(f"{row['published'] / row['analytic']:.2f}", (x, row["published"]),
-                            xytext=(0, 9 if above else -9), textcoords="offset points", ha="center",
-                            va="bottom" if above else "top", fontsize=9)
-            if i:
-                ax.axvline(i - 0.56, color="#BBBBBB", linewidth=0.8)
-        ax.set_yscale("log")
-        low, high = ax.get_ylim()
-        ax.set_ylim(low / 1.15, high * 1.15)
-        drawing.plain_log_axis(ax.yaxis, *ax.get_ylim())
-        ax.set_xlim(-0.56, len(tests) - 0.56)
-        ax.set_xticks(np.arange(len(tests)) - 0.05)
-        ax.set_xticklabels(tests)
-        ax.grid(False, axis="x")
-        ax.set_title(d.capitalize())
-        ax.set_ylabel(f"3{SIGMA} of {d} (m)")
-    handles = [Line2D([], [], linestyle="none", marker="o", color=LOOK["monte_carlo"]["color"], label="Monte Carlo"),
-               drawing.interval_handle(confidence)]
-    for f in PROPAGATIONS:
-        handles.append(Line2D([], [], linestyle="none", marker="_", color=LOOK[f]["color"], markersize=16,
-                              markeredgewidth=2.4, label=f"{f}, predicted"))
-        if f in sources:
-            handles.append(Line2D([], [], linestyle="none", marker="s", color=LOOK[f]["color"], markerfacecolor="none",
-                                  markersize=8, label=sources[f]))
-    drawing.legend_below(figure, handles)
-    return figure
+def published_figure(title, position):
+    """Predicted and published over Monte-Carlo sd of north and east: a panel a test and direction, a line a propagation."""
+    panels = []
+    for test in dict.fromkeys(position["case"]):
+        for d in DIRECTIONS:
+            rows = {f: position.row(case=test, quantity=f"sigma3_{d}", formulation=f) for f in PROPAGATIONS}
+            rows = {f: row for f, row in rows.items() if row is not None}
+            if rows:
+                sd = next(iter(rows.values()))["monte_carlo"] / 3
+                panels.append((f"{test}, {d}: 1{SIGMA} = {msa_position.length(sd)}", {f: [(row, "", False)] for f, row in rows.items()}))
+    return ratios.lines_figure(title, f"Predicted, and published, over Monte-Carlo standard deviation of the final position. "
+                               f"{wording.counts_text(position['trials'])} trials a test.", panels,
+                               {f: (LOOK[f]["label"], LOOK[f]["color"]) for f in PROPAGATIONS}, position.confidence, 2)
 
 
 # --- ellipsoids -----------------------------------------------------------------------------------------------------
@@ -240,7 +160,7 @@ def main():
         config = reading.configuration(file)
         title = wording.title_of(file)
         tables = {n: reading.read_table(file, n)
-                  for n in ("parameters", "hanak_parameters", "position", "position_covariance", "position_hla")}
+                  for n in ("parameters", "position", "position_covariance")}
         samples = reading.read_table(file, "realisations", "samples")
     parameters, position = tables["parameters"], tables["position"]
     if parameters is None or parameters.rows == 0:
@@ -258,13 +178,9 @@ def main():
         figures["estimators"] = estimator_figures.positions(title, position, margin, position.confidence)
     elif position and keys == ["case"]:
         if np.any(np.isfinite(position["published"])):
-            figures["published"] = published_figure(title, position, config, position.confidence)
+            figures["published"] = published_figure(title, position)
         if samples and samples.rows and tables["position_covariance"]:
             figures["ellipsoids"] = ellipsoids_figure(title, samples, tables["position_covariance"], position)
-    if "hypotheses" not in figures:
-        for table in tables.values():
-            if table and "published" in table:
-                published_text(table, keys)
-    if not figures and not any(t and "published" in t and np.any(np.isfinite(t["published"])) for t in tables.values()):
+    if not figures:
         raise PlotError(f"{arguments.result}: nothing that spans the thesis' tests: see surveymc plot msa_position")
     saving.save_all(figures, arguments)
