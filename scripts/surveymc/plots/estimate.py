@@ -30,11 +30,6 @@ SIGMA, PM = "\N{GREEK SMALL LETTER SIGMA}", "\N{PLUS-MINUS SIGN}"
 K95 = np.sqrt(-2 * np.log(0.05))  # a 2-D normal point is in its 2.45-sigma ellipse with 95 %
 
 
-def heading(figure, title, text):
-    figure.suptitle(title, x=0.02, y=0.985, ha="left")
-    figure.text(0.02, 0.943, text, ha="left", va="top", linespacing=1.35)
-
-
 def summary(fit, warnings):
     """'25 stations, 44 redundant residuals, s0 = 1.07; 1 severe, 2 warnings.' Warnings are those of all points of a sweep."""
     count = {s: sum(w == s for w in warnings["severity"]) for s in ("severe", "warning")}
@@ -51,10 +46,9 @@ def summary(fit, warnings):
 
 def residuals_figure(title, t):
     stations, tests = t["stations"], t["tests"]
-    figure, panels = plt.subplots(3, 1, figsize=(11.0, 9.4), sharex=True)
-    figure.subplots_adjust(left=0.085, right=0.985, top=0.855, bottom=0.075, hspace=0.28)
-    heading(figure, title, "Field of the readings less the reference, before and after the correction.\n"
-            + summary(t["fit"], t["warnings"]))
+    figure, panels = plt.subplots(3, 1, figsize=(11.0, 9.4), sharex=True, layout="constrained")
+    drawing.heading(figure, title, "Field of the readings less the reference, before and after the correction. "
+                    + summary(t["fit"], t["warnings"]))
     md = stations["md_m"]
     for ax, name, label in ((panels[0], "total_field_residual_nT", "Total field \N{MINUS SIGN} reference (nT)"),
                             (panels[1], "dip_residual_deg", "Dip \N{MINUS SIGN} reference (\N{DEGREE SIGN})")):
@@ -102,10 +96,9 @@ def normalised_panel(ax, tests):
 
 def parameters_figure(title, t):
     table = t["parameters"]
-    figure, panels = plt.subplots(1, 6, figsize=(12.0, 6.2))
-    figure.subplots_adjust(left=0.055, right=0.985, top=0.755, bottom=0.15, wspace=0.75)
-    heading(figure, title, "Magnetometer gains and biases: estimate, its interval, and what makes it uncertain, by the noise of the config.\n"
-            + summary(t["fit"], t["warnings"]))
+    figure, panels = plt.subplots(1, 6, figsize=(12.0, 5.6), layout="constrained")
+    drawing.heading(figure, title, "Magnetometer gains and biases: estimate, its interval, and what makes it uncertain, by the noise of the config. "
+                    + summary(t["fit"], t["warnings"]))
     confidence = table.confidence
     k = (table["ci_high"] - table["estimate"]) / table["sd"]
     parts = [("sd_noise", "part of the sensors' noise", NOISE), ("sd_reference", "part of the reference field", REFERENCE)]
@@ -134,7 +127,7 @@ def parameters_figure(title, t):
     handles = [Line2D([], [], color="black", marker="o", label=f"estimate and {100 * confidence:g} % interval"),
                *(Patch(color=color, alpha=0.75, label=label) for _, label, color in parts),
                Line2D([], [], color=BAD, linestyle=(0, (5, 2)), label="perfect tool")]
-    figure.legend(handles=handles, loc="lower left", ncol=len(handles), bbox_to_anchor=(0.012, 0.805))
+    drawing.legend_below(figure, handles)
     return figure
 
 
@@ -143,10 +136,9 @@ def parameters_figure(title, t):
 
 def azimuth_figure(title, t):
     s = t["stations"]
-    figure, (change, azimuth) = plt.subplots(2, 1, figsize=(11.0, 7.6), sharex=True)
-    figure.subplots_adjust(left=0.08, right=0.985, top=0.85, bottom=0.085, hspace=0.26)
-    heading(figure, title, "Azimuth before and after the correction. Its interval is that of gains, biases and own noise; "
-            "declination is taken as exact.\n" + summary(t["fit"], t["warnings"]))
+    figure, (change, azimuth) = plt.subplots(2, 1, figsize=(11.0, 7.6), sharex=True, layout="constrained")
+    drawing.heading(figure, title, "Azimuth before and after the correction. Its interval is that of gains, biases and own noise; "
+                    "declination is taken as exact. " + summary(t["fit"], t["warnings"]))
     md, delta, sd = s["md_m"], s["azimuth_change_deg"], s["sd_azimuth_deg"]
     change.fill_between(md, delta - 1.96 * sd, delta + 1.96 * sd, color=CORRECTED["color"], alpha=0.18, linewidth=0,
                         label="95 % interval of the corrected azimuth")
@@ -169,10 +161,9 @@ def azimuth_figure(title, t):
 
 def plan_figure(title, t):
     s = t["stations"]
-    figure, (path, end) = plt.subplots(1, 2, figsize=(12.0, 7.0), gridspec_kw={"width_ratios": (1.15, 1.0)})
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.83, bottom=0.085, wspace=0.24)
-    heading(figure, title, "Path from above, from the first station, true north. Ellipses hold the corrected position "
-            "with 95 %.\n" + summary(t["fit"], t["warnings"]))
+    figure, (path, end) = plt.subplots(1, 2, figsize=(12.0, 7.0), width_ratios=(1.15, 1.0), layout="constrained")
+    drawing.heading(figure, title, "Path from above, from the first station, true north. Ellipses hold the corrected position "
+                    "with 95 %. " + summary(t["fit"], t["warnings"]))
     last = s.rows - 1
     shown = sorted({round(last * f) for f in (1 / 3, 2 / 3, 1)})
     for ax in (path, end):

@@ -12,7 +12,6 @@ import os
 import textwrap
 
 import h5py
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
 from matplotlib.lines import Line2D
@@ -123,36 +122,25 @@ def draw_panel(ax, title, ratio, inclination, azimuth, width):
 
 def figure_of(title, meaning, values, axes):
     rows = panels_of(values, axes)
-    columns = len(rows[0])
-    inclination, azimuth = axes[-2][1], axes[-1][1]
-    width, height = max(3.1 * columns + 1.6, 6.4), 2.35 * len(rows) + 1.35  # the legend needs as much
-    figure, grid = plt.subplots(len(rows), columns, squeeze=False, sharex=True, sharey=True, figsize=(width, height))
-    figure.subplots_adjust(left=0.75 / width, right=1 - 1.35 / width, top=1 - 0.8 / height, bottom=0.95 / height,
-                           hspace=0.32, wspace=0.12)
-    figure.suptitle("\n".join(textwrap.wrap(title, int(width * 11))), x=0.02, y=1 - 0.1 / height, ha="left", va="top")
+    columns, shown = len(rows[0]), sum(rows, [])
+    figure, grid = drawing.panels(len(shown), (3.1, 2.4), columns=columns, sharex=True, sharey=True)
     image = None
-    for r in range(len(rows)):
-        for c in range(columns):
-            ax = grid[r][c]
-            if c >= len(rows[r]):
-                ax.set_visible(False)
-                grid[r - 1][c].xaxis.set_tick_params(labelbottom=True)
-                continue
-            drawn = draw_panel(ax, *rows[r][c], inclination, azimuth, width=40)
-            image = drawn if drawn is not None else image
-    figure.supxlabel(f"Azimuth of the last station ({DEGREE})", fontsize=10, y=0.48 / height)
-    figure.supylabel(f"Inclination of the last station ({DEGREE})", fontsize=10, x=0.16 / width)
+    for ax, (name, ratio) in zip(grid, shown):
+        drawn = draw_panel(ax, name, ratio, axes[-2][1], axes[-1][1], width=40)
+        image = drawn if drawn is not None else image
+    for ax in grid[-columns:]:
+        ax.set_xlabel(f"azimuth ({DEGREE})")
+        ax.xaxis.set_tick_params(labelbottom=True)
+    for ax in grid[::columns]:
+        ax.set_ylabel(f"inclination ({DEGREE})")
     if image is not None:
-        top, low = 1 - 0.8 / height, 0.95 / height
-        size = min(top - low, 5 / height)
-        bar = figure.colorbar(image, cax=figure.add_axes((1 - 1.15 / width, (top + low - size) / 2, 0.16 / width, size)),
-                              ticks=np.log(LEVELS))
+        bar = figure.colorbar(image, ax=grid, ticks=np.log(LEVELS), aspect=30, shrink=min(1, 2.2 / len(rows)))
         bar.ax.set_yticklabels([f"{v:g}" for v in LEVELS])
-        bar.set_label(f"sd after MSA / sd before\n{meaning}")
-    figure.legend(handles=[Line2D([], [], color="black", linewidth=2.2, label="ratio 1: below it MSA helps"),
-                           Patch(facecolor=UNCHANGED, edgecolor="black", linewidth=0.5, label="within 1 %"),
-                           Patch(color=UNDETERMINED, label="MSA not determined")],
-                  loc="lower left", bbox_to_anchor=(0.6 / width, 0.02 / height), ncol=3)
+        bar.set_label("sd after MSA / sd before")
+    drawing.heading(figure, title, f"{meaning}: below 1 (blue) MSA helps, for every direction of the last station.")
+    drawing.legend_below(figure, [Line2D([], [], color="black", linewidth=2.2, label="ratio 1"),
+                                  Patch(facecolor=UNCHANGED, edgecolor="black", linewidth=0.5, label="within 1 %"),
+                                  Patch(color=UNDETERMINED, label="MSA not determined")])
     return figure
 
 
