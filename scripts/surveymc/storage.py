@@ -1,6 +1,7 @@
 """Opens result files. Everything of this package and of the drawers that reads one goes through `open_file`, so that a
 file is checked in one place."""
 
+import contextlib
 import math
 import os
 import stat
@@ -73,6 +74,15 @@ def open_file(path):
         file.close()
         raise
     return file
+
+
+@contextlib.contextmanager
+def sealed_file(path, mode="w"):
+    """h5py.File to write into; sealed behind it as the program seals its own, so that readers believe it."""
+    with h5py.File(path, mode, track_order=mode == "w" or None) as file:
+        yield file
+    with open(path, "rb+") as written:
+        written.write(integrity.seal_for(written.read()))
 
 
 _sizes_checked = set()  # files as os.stat() tells them apart: each is opened for every table

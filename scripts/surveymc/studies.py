@@ -7,6 +7,7 @@ import tomllib
 
 PACKAGE = os.path.dirname(os.path.realpath(__file__))
 ROOT = os.path.dirname(os.path.dirname(PACKAGE))  # of the source tree, or share/surveymc
+SWEEP_CAPTION = "The sweep as a whole: a quantity against the keys that vary."
 NOT_STUDIES = ("bench", "smoke", "examples", "new", "error_models")  # folders of configs/
 
 
@@ -22,6 +23,7 @@ class Study:
     read: str = ""
     plots: list = dataclasses.field(default_factory=list)
     plots_for: dict = dataclasses.field(default_factory=dict)
+    sweep: list = dataclasses.field(default_factory=list)
     quick_trials: int = 1000
     trial_us: float = 50.0
     run_s: float = 0.0
@@ -45,6 +47,8 @@ class Study:
         fitting = [k for k in self.figures if suffix == k or (k and suffix.startswith(k))]
         if fitting:
             return self.figures[max(fitting, key=len)]
+        if suffix.startswith("sweep_"):
+            return SWEEP_CAPTION
         return f"{suffix.replace('_', ' ').capitalize() or self.name}."
 
 

@@ -56,7 +56,7 @@ class DesignedPower(unittest.TestCase):
         self.assertIn("Inclination 85\N{DEGREE SIGN}.", figure.texts[-1].get_text())
         drawn = [line.get_xdata()[0] for bars in figure.axes[0].containers for line in [bars[0]]]
         np.testing.assert_allclose(drawn, rates)
-        self.assertEqual([t.get_text() for t in figure.axes[0].get_yticklabels()][:2], ["the test of bx rejects", "rejected: the right ones, and only these"])
+        self.assertEqual([t.get_text() for t in figure.axes[0].get_yticklabels()][:2], ["the test of $b_x$ rejects", "rejected: the right ones, and only these"])
 
 
 class GrossError(plot_case.Drawing):

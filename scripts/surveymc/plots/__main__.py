@@ -1,9 +1,11 @@
 """Draws the figures of a result, whatever its experiment.
 
     surveymc plot RESULT.h5 [-o FOLDER] [--point N]     all that studies.toml names for the experiment
+    surveymc plot RESULT.h5 --quantity TABLE.NAME       a quantity of your choice against the keys of the sweep (sweep --help)
     surveymc plot DRAWER RESULT.h5 [options]            those of one drawer, with its own options (DRAWER --help)
 
-Prints the paths of the figures. Figures that show one sweep point are drawn of the first one, or of that given with --point.
+Prints the paths of the figures. Figures that show one sweep point are drawn of the first one, or of that given with --point. A sweep has an overview, whose figures
+say what is drawn of how many values; --quantity and --at choose.
 """
 
 import argparse
@@ -12,7 +14,7 @@ import sys
 
 from .. import storage, streams, studies
 from ..arguments import USAGE, Parser, nearest
-from . import reading, runner, saving
+from . import reading, runner, saving, sweep
 from .reading import PlotError
 
 
@@ -26,7 +28,11 @@ def main():
     parser.add_argument("result", help="result file (HDF5) of surveymc")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
     parser.add_argument("--point", type=int, metavar="N", help="sweep point of figures that show one, from 0")
+    sweep.add_choices(parser)
     arguments = parser.parse_args()
+    if arguments.quantity or arguments.at:
+        sweep.main()
+        return
     try:
         with storage.open_file(arguments.result) as file:
             experiment = reading.text_attribute(file, "experiment")
@@ -35,7 +41,7 @@ def main():
     folder = saving.figures_folder(arguments.output, arguments.result)
     names = studies.study_of(studies.load(), experiment).drawers_for(arguments.result)
     drawn = runner.draw(arguments.result, names, folder, arguments.point)
-    for note in drawn.kept:
+    for note in drawn.kept + drawn.notes * (not drawn.broken):
         print(note, file=sys.stderr)
     for path in drawn.files:
         print(path.removesuffix(".svg") + ".png")

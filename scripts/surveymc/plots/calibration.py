@@ -16,6 +16,8 @@ from matplotlib.patches import Patch
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
+SPANS = True  # keys of a sweep that has figures of its own here
+
 DATA, SHAPE, BAND, MARGIN = "#0072B2", "#D55E00", "#BBBBBB", "#3C8C50"
 BAND_LEVEL = 0.05  # below this p a claim leaves the band of a right one
 MOST_SHAPES, MOST_ROWS = 9, 24

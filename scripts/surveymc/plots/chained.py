@@ -93,14 +93,15 @@ def consistency_figure(title, histogram, trials):
     words = {"z": ("z-score", "standard normal"), "nees": ("NEES of a station", "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}, 12 states"),
              "cost": ("cost J of a run", "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}, 3 a station")}
     for axes, (quantity, (label, theory)) in zip(panels, words.items()):
-        for name in ("smoother", "filter_independent"):
+        names = [n for n in ("smoother", "filter_independent", "filter", "smoother_independent") if n in histogram["formulation"]][:2]
+        for name in names:
             t = histogram.where(lambda i: histogram["formulation"][i] == name and histogram["quantity"][i] == quantity)
             if t.rows == 0:
                 continue
             edges = np.append(t["from"], t["to"][-1])
             found, expected = (np.append(0, 100 * np.cumsum(t[k]) / t[k].sum()) for k in ("count", "expected"))
             text, colour, line, _ = ESTIMATORS[name]
-            if name == "smoother":
+            if name == names[0]:
                 axes.plot(edges, expected, color="#111111", linewidth=1.2, label="theory: what an honest covariance gives")
             axes.plot(edges, found, color=colour, linestyle=line, linewidth=1.8, label=text)
         axes.set_xlabel(label)

@@ -8,6 +8,8 @@ import numpy as np
 
 from . import drawing, reading, saving, wording
 
+SPANS = ("errors.multiplier", "problem.name")  # keys of a sweep that has figures of its own here
+
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
 MOST_CURVES = 12
 MARKERS = ("o", "s", "^", "D", "v", "P")

@@ -188,7 +188,7 @@ def heading(figure, title, text):
         wide = 0.96 * 72 * figure.get_figwidth()  # points; a letter of the title has 7.6, one of the text 5.6
         title = "\n".join(textwrap.wrap(title, int(wide / 7.6), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}"))
         text = "\n".join(line for given in text.split("\n") for line in textwrap.wrap(given, int(wide / 5.6)))
-        engine.set(rect=(0, 0, 1, 1 - (0.2 * (title.count("\n") + 1) + (0.19 * (text.count("\n") + 1) if text else 0) + 0.14) / high))
+        engine.set(rect=(0, 0.08 / high, 1, 1 - (0.08 + 0.2 * (title.count("\n") + 1) + (0.19 * (text.count("\n") + 1) if text else 0) + 0.14) / high))
     figure.suptitle(title, x=0.02, y=1 - 0.08 / high if engine else 0.985, ha="left", va="top")
     if engine is not None:  # it would take its room a second time
         figure._suptitle.set_in_layout(False)
@@ -211,13 +211,15 @@ def panels(count, size=(3.6, 2.9), columns=None, least_wide=6.4, **options):
 
 
 def legend_below(figure, handles, **options):
-    """A legend below all panels of a figure of constrained layout; heading() comes first."""
+    """A legend below all panels of a figure of constrained layout; heading() comes first. None without handles."""
+    if not handles:
+        return None
     legend = figure.legend(handles=handles, loc="lower center", ncols=legend_columns(figure, handles), **options)
     legend.set_in_layout(False)
     engine = figure.get_layout_engine()
     share = legend.get_window_extent(figure.canvas.get_renderer()).height / figure.bbox.height
     left, bottom, wide, high = engine.get()["rect"]
-    engine.set(rect=(left, share, wide, bottom + high - share))
+    engine.set(rect=(left, share + bottom, wide, high - share))
     return legend
 
 

@@ -19,6 +19,8 @@ from matplotlib.lines import Line2D
 from . import drawing, geometry, ratios, reading, saving, wording
 from .reading import PlotError
 
+SPANS = ("well.inclination_deg", "well.azimuth_deg", "errors.multiplier", "errors.vertical")  # keys of a sweep that has figures of its own here
+
 MULTIPLIER = "errors.multiplier"
 INCLINATION, AZIMUTH, VERTICAL = "well.inclination_deg", "well.azimuth_deg", "errors.vertical"
 AXES = ("largest", "middle", "smallest")

@@ -13,6 +13,8 @@ import numpy as np
 
 from . import drawing, reading, saving, wording
 
+SPANS = ("factor",)  # keys of a sweep that has figures of its own here
+
 OUTCOMES = {"identified": ("#0072B2", "", "the right ones, and only these"),
             "identified_group": ("#56B4E9", "//", "their inseparable group"),
             "identified_partly": ("#F0E442", "..", "some of them, or others with them"),

@@ -20,6 +20,8 @@ from matplotlib.patches import Patch
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
+SPANS = ("well.kind", "sensor.spread.axial_bias_nT", "estimator.name")  # keys of a sweep that has figures of its own here
+
 LEVELS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
 QUANTITIES = (("azimuth_ratio", "Azimuth of the last station"),
               ("lateral_ratio", "Last position to the side of the hole"))

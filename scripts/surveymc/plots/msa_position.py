@@ -22,6 +22,8 @@ from .drawing import LOOK, PROPAGATIONS, PUBLISHED
 from .reading import PlotError, is_zero_to_first_order
 from .wording import SIGMA, counts_text, grouped, number, trials_text
 
+SPANS = ("noise.scale",)  # keys of a sweep that has figures of its own here
+
 DIRECTIONS = (("north", "North"), ("east", "East"), ("vertical", "Vertical"))
 PARAMETERS = ("gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z")
 TIMES = "\N{MULTIPLICATION SIGN}"

@@ -21,6 +21,8 @@ from . import drawing, geometry, reading, saving, wording
 from .reading import PlotError
 from .wording import number
 
+SPANS = ("error_model.name",)  # keys of a sweep that has figures of its own here
+
 SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 DEGREE = "\N{DEGREE SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"

@@ -131,11 +131,16 @@ def sweep_points(table, keys):
     return list(points)
 
 
+def checked_point(number, points, path):
+    """The number of a sweep point; PlotError if there is no such point."""
+    if not 0 <= number < len(points):
+        raise PlotError(f"--point {number}: {path} has points 0 to {len(points) - 1}", USAGE)
+    return number
+
+
 def chosen_point(arguments, points):
     """The index given with --point, or None; PlotError if the sweep has no such point."""
-    if arguments.point is not None and not 0 <= arguments.point < len(points):
-        raise PlotError(f"--point {arguments.point}: {arguments.result} has points 0 to {len(points) - 1}", USAGE)
-    return arguments.point
+    return None if arguments.point is None else checked_point(arguments.point, points, arguments.result)
 
 
 def at_point(table, keys, point):

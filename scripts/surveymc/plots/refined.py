@@ -15,6 +15,8 @@ from matplotlib.tri import Triangulation
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
+SPANS = True  # keys of a sweep that has figures of its own here
+
 
 def read(path):
     """title, rule, axes, other keys, their values by name, the quantity: of the rows that [refine] looks at."""

@@ -7,13 +7,15 @@ import importlib.util
 import io
 import os
 import sys
+import tempfile
 import traceback
 
 from .. import streams
-from ..arguments import USAGE
-from .reading import Saved
+from . import one_point
+from .reading import MOST_POINTS, PlotError, Saved
 
 COMMAND = "surveymc plot"
+OF_ANY_SWEEP = ("calibration", "refined", "sensitivity", "thesis")  # they draw something else than the sweep
 
 
 @dataclasses.dataclass
@@ -24,6 +26,7 @@ class Drawn:
     messages: list = dataclasses.field(default_factory=list)
     broken: list = dataclasses.field(default_factory=list)  # drawers that failed with a traceback, or could not write
     kept: list = dataclasses.field(default_factory=list)  # what they said of files that were there before
+    notes: list = dataclasses.field(default_factory=list)  # what was chosen
     code: int = 0  # exit code of the drawers that failed or drew nothing, the largest
 
 
@@ -60,27 +63,47 @@ def _run(name, arguments):
     return code, Saved.paths, err.getvalue(), Saved.kept
 
 
+def spans(name, keys):
+    """Whether a drawer has figures of a whole sweep over these keys: its SPANS, the keys that it knows, or True for all of them. It
+    knows cases."""
+    known = getattr(importlib.import_module(f"surveymc.plots.{name}"), "SPANS", ())
+    return known is True or set(keys) <= {"case", *known}
+
+
 def draw(result_path, names, folder, point=None):
-    """Figures that the drawers of these names make of a result into `folder`. point: number of the sweep point of figures that
-    show one; None: all that can be drawn of the whole sweep, and otherwise the first point."""
+    """Figures that the drawers of these names make of a result into `folder`.
+
+    Of a sweep over keys that no drawer knows, the overview (plots/sweep.py) comes first; and where it has more than a few points,
+    the drawers see one of them: number `point`, or the first. With a `point` they all see that one alone.
+    """
     os.makedirs(folder, exist_ok=True)
     drawn = Drawn()
     result_path, folder = (f"./{p}" if p.startswith("-") else p for p in (result_path, folder))  # no options
-    for name in names:
-        arguments = [result_path, "-o", folder]
-        chosen = [*arguments, "--point", str(point or 0)]
-        code, saved, err, kept = _run(name, arguments if point is None else chosen)
-        if point is None and code and "choose one with --point" in err:
-            code, saved, err, kept = _run(name, chosen)
-        elif code == USAGE and "unrecognized arguments: --point" in err:  # it draws all points
-            code, saved, err, kept = _run(name, arguments)
-        drawn.files += [f for f in saved if f.endswith(".svg") and f not in drawn.files]
-        drawn.kept += kept
-        if code in (1, streams.CANNOT_WRITE):
-            said = err.strip().splitlines()[-1] if err.strip() else "failed"
-            drawn.broken.append(f"{name}: {said.removeprefix(f'{COMMAND} {name}: ')}")
-            drawn.code = max(drawn.code, code)
-        elif code:
-            drawn.code = max(drawn.code, code)
-            drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
+    count, keys = one_point.of_sweep(result_path)
+    if names and point is None and count > 2 and not any(spans(n, keys) for n in names if n not in OF_ANY_SWEEP):
+        names = ["sweep", *(n for n in names if n != "sweep")]
+    with tempfile.TemporaryDirectory() as place:
+        cut = None
+        for name in names:
+            whole = point is None and (count <= MOST_POINTS or spans(name, keys))
+            if whole:
+                code, saved, err, kept = _run(name, [result_path, "-o", folder])
+            if not whole or (code and "choose one with --point" in err):
+                try:
+                    cut = cut or one_point.extract(result_path, point or 0, place)
+                except PlotError as error:
+                    drawn.code, drawn.messages = max(drawn.code, error.code), [*drawn.messages, str(error)]
+                    break
+                code, saved, err, kept = _run(name, [cut[0], "-o", folder])
+            drawn.files += [f for f in saved if f.endswith(".svg") and f not in drawn.files]
+            drawn.kept += kept
+            if code in (1, streams.CANNOT_WRITE):
+                said = err.strip().splitlines()[-1] if err.strip() else "failed"
+                drawn.broken.append(f"{name}: {said.removeprefix(f'{COMMAND} {name}: ')}")
+                drawn.code = max(drawn.code, code)
+            elif code:
+                drawn.code = max(drawn.code, code)
+                drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
+        if cut and point is None:
+            drawn.notes.append(f"{result_path}: figures of one point are of point 0 of 0 to {count - 1} ({cut[1]}); of another with --point N")
     return drawn

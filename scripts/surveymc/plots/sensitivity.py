@@ -12,6 +12,8 @@ import numpy as np
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
+SPANS = True  # keys of a sweep that has figures of its own here
+
 
 def read(path):
     """Title of the result, [sensitivity] of the config, its table, and by quantity the values of the keys and of the quantity."""

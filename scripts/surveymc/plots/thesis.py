@@ -22,6 +22,8 @@ from .drawing import LOOK, PROPAGATIONS
 from .reading import PlotError
 from .wording import SIGMA
 
+SPANS = ("noise.scale", "noise.law", "estimator.name")  # keys of a sweep that has figures of its own here
+
 DIRECTIONS = ("north", "east")
 REFERENCE_LOOK = {"exact": "#222222", "107 nT/.16 deg per run": "#D55E00", "130 nT/.20 deg per run": "#E69F00",
                   "107 nT/.16 deg per station": "#0072B2", "130 nT/.20 deg per station": "#56B4E9"}

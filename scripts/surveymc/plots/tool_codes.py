@@ -24,6 +24,8 @@ from ..arguments import USAGE
 from . import drawing, reading, saving, wording
 from .reading import PlotError
 
+SPANS = ("error_model.name",)  # keys of a sweep that has figures of its own here
+
 DEGREE = "\N{DEGREE SIGN}"
 DIRECTIONS = (("lateral", "#0072B2", "o"), ("high_side", "#D55E00", "s"), ("along_hole", "#555555", "^"))
 SWEPT = ("error_model.name", "error_model")

@@ -21,6 +21,9 @@ from . import drawing, geometry, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
+SPANS = ("drilling.sequence",)  # keys of a sweep that has figures of its own here
+
+
 # Colours of the memo where it has them: green for what fits, red for what does not, blue for Monte Carlo.
 FORMULATIONS = {
     "toolface_dependent": ("toolface-dependent, eqs 19, 20", "#009E73", (0, (6, 2))),

@@ -40,14 +40,28 @@ VALUE_WORDS = {
     "msa": "MSA", "msa_weighted": "weighted MSA", "msa_joint": "joint MSA", "wls": "WLS", "wls_consider": "WLS with considered reference",
     "sse": "single station", "sse_axial": "single station, axial correction", "mse_fixed": "many stations, references fixed",
     "mse_shared": "many stations, references shared", "gaussian": "normal",
-    "form": "FORM", "sorm": "SORM", "nees": "NEES", "nis": "NIS", "bonferroni": "Bonferroni"}
+    "form": "FORM", "sorm": "SORM", "nees": "NEES", "nis": "NIS", "aakr_sprt": "AAKR-SPRT", "aakr_kf_sprt": "AAKR-KF-SPRT", "aakr_cusum": "AAKR-CUSUM", "aakr_threshold": "AAKR, threshold",
+    "channel_sprt": "SPRT of each channel", "bias_filter": "filter of biases", "gx": "$g_x$", "gy": "$g_y$", "gz": "$g_z$", "bx": "$b_x$", "by": "$b_y$", "bz": "$b_z$", "bonferroni": "Bonferroni"}
+OF_SOMETHING = ("random", "walk", "offset", "scale", "wide")  # last parts of keys that say nothing without the one before
+COLUMN_WORDS = {  # of tables, where the name with spaces says too little
+    "p_miss": "share of misses", "p_detected": "share detected", "p_named": "share that names the right sensor",
+    "p_healthy_blamed": "share that blames a healthy sensor", "p_all_found": "share that finds all", "delay_q50": "median delay",
+    "delay_q50_stations": "median delay (stations)", "share_sd": "share of attitudes beyond the tolerance, by sd",
+    "share_error": "share of attitudes beyond the tolerance, by errors", "sd_median": "median sd", "error_median": "median error",
+    "worse_share": "share of directions made worse", "ratio_median": "median ratio", "ratio_best": "least ratio",
+    "sd_lateral_median": "median sd across the hole", "sd_lateral_largest": "largest sd across the hole",
+    "external_azimuth": "effect on the azimuth", "external_inclination": "effect on the inclination",
+    "external_toolface": "effect on the toolface", "ratio_major": "predicted over Monte Carlo, major axis",
+    "ratio_minor": "predicted over Monte Carlo, minor axis", "ratio_rms": "rms ratio", "position": "effect on the final position",
+    "relative_half_width": "relative half width of the interval", "residual_sd": "sd of the residuals", "md": "measured depth",
+    "total": "total field", "multiplier": "errors, multiplied by", "semi_major": "semi-major axis", "semi_minor": "semi-minor axis"}
 POINT_UNITS = {"nT": "nT", "deg": "\N{DEGREE SIGN}", "mps2": "m/s\N{SUPERSCRIPT TWO}", "mg": "mg", "m": "m", "z": "z", "h": "h"}
 
 
 def value_name(value):
     """A value of a key as readers know it."""
     if isinstance(value, (float, np.floating)):
-        return f"{value:g}"
+        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:g}"
     return VALUE_WORDS.get(str(value), plain_text(str(value).replace("_", " ")))
 
 
@@ -65,10 +79,24 @@ def point_name(keys, point):
         name, _, ending = key.rsplit(".", 1)[-1].rpartition("_")
         unit = POINT_UNITS.get(ending, "") if name else ""
         words = (name if unit else key.rsplit(".", 1)[-1]).replace("_", " ")
+        if key.count(".") and words.split()[0] in OF_SOMETHING:
+            words = f"{key.split('.')[-2].replace('_', ' ')} {words}"
         words = f"sd of {words}" if key.startswith("sigma.") else words
         gap = "" if unit == POINT_UNITS["deg"] else " "
         parts.append(f"{words} {value_name(value)}{gap + unit if unit else ''}")
     return ", ".join(parts)
+
+
+def answer_of(result):
+    """The first sentence of what a run has found, its keys in words; "" in a result of an older program."""
+    def pair(found):
+        try:
+            return point_name([found[1]], [float(found[2])])
+        except ValueError:
+            return point_name([found[1]], [found[2]])
+
+    said = next(iter(result.answer), "")
+    return re.sub(r"\b([a-z]\w*(?:\.\w+)+|[a-z]\w*_(?:nT|mps2|mg|deg|m|z|h)) = ([^,()]+)", pair, plain_text(said))
 
 
 def quantity_name(name):
@@ -87,9 +115,11 @@ def axis_name(name):
     name = parts[-2] if parts[-1] == "name" and len(parts) > 1 else parts[-1]
     stem, _, ending = name.rpartition("_")
     unit = POINT_UNITS.get(ending, "") if stem else ""
-    words = {"md": "measured depth", "semi_major": "semi-major axis", "semi_minor": "semi-minor axis"}
-    text = words.get(stem if unit else name) or quantity_name(stem if unit else name)
-    text = f"sd of {text}" if parts[0] == "sigma" and len(parts) > 1 else text
+    text = COLUMN_WORDS.get(stem if unit else name) or quantity_name(stem if unit else name)
+    if len(parts) > 1 and name.split("_")[0] in OF_SOMETHING:
+        text = f"{quantity_name(parts[-2])} {text}"
+    elif len(parts) > 1 and parts[0] in ("sigma", "noise"):
+        text = f"{'sd' if parts[0] == 'sigma' else 'noise'} of {text}"
     return f"{text} ({unit})" if unit else text
 
 
