@@ -9,7 +9,7 @@ import numpy as np
 
 import plot_case
 from surveymc.plots import clearance as plot
-from surveymc.plots import reading, wording
+from surveymc.plots import geometry, reading, wording
 
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 FIGURES = ("ladder", "separation", "cylinder", "views", "relative", "cloud")
@@ -57,7 +57,7 @@ class Clearance(plot_case.Drawing):
     def test_figures_bear_wells_without_a_covariance(self):
         data = self.data()
         for table, columns in ((data.rows, ("separation_factor", "sd_relative_m")), (data.least, ("continuous", "ref_md_m")),
-                               (data.covariance, plot.ELEMENTS)):
+                               (data.covariance, geometry.COVARIANCE)):
             of = np.array([o == "sidetrack" for o in table["offset"]])
             for c in columns:
                 table[c][of] = np.nan

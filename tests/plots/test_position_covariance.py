@@ -34,7 +34,7 @@ class Data(unittest.TestCase):
         np.testing.assert_array_equal(north, n)
         np.testing.assert_allclose(along, n * np.cos(azimuth) + e * np.sin(azimuth), rtol=1e-13)
         for k in range(1, covariance.rows, 25):
-            nn, ee, vv, ne, nv, ev = (covariance[c][k] for c in plot.ELEMENTS)
+            nn, ee, vv, ne, nv, ev = (covariance[f"{c}_m2"][k] for c in ("nn", "ee", "vv", "ne", "nv", "ev"))
             # Every drawn point is at Mahalanobis distance 1 of the covariance in the plane that is shown.
             for matrix, expected in (
                     (plan[k], [[ee, ne], [ne, nn]]),
@@ -48,7 +48,7 @@ class Data(unittest.TestCase):
 
     def test_ellipses_of_the_table_are_eigenvectors(self):
         covariance, ellipsoid = tables(RESULT, "covariance", "ellipsoid")
-        matrices = plot.covariances(covariance)
+        matrices = geometry.covariances(covariance)
         for k in range(1, covariance.rows, 10):
             c = matrices[k]
             scale = np.trace(c)
@@ -69,7 +69,7 @@ class Data(unittest.TestCase):
         rows = covariance.rows
         lost = rows - 10
         covariance["sd_lateral_m"][lost:] = 0  # a sd of nothing is no sd
-        for c in plot.ELEMENTS:
+        for c in geometry.COVARIANCE:
             covariance[c][lost:] = np.nan
             by_source[c][np.isin(by_source["md_m"], covariance["md_m"][lost:])] = np.nan
         said = f"At 10 of {rows} stations there is no covariance: a weight is not finite."

@@ -27,7 +27,6 @@ SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 DEGREE = "\N{DEGREE SIGN}"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222", "#999999")
 DASHES = ("-", (0, (6, 2)), (0, (2, 1.2)), (0, (6, 2, 1, 2)), (0, (1, 1)), (0, (8, 3)), (0, (4, 1)), "-")
-ELEMENTS = ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2")
 MOST_OFFSETS = 8
 
 
@@ -98,7 +97,7 @@ class Clearance:
     def at_least(self, offset, formulation, of):
         """Difference of the positions and covariance at the least separation factor; None where there is none."""
         row = self.covariance.row(offset=offset, formulation=formulation, where="least separation factor", of=of)
-        if row is None or not all(np.isfinite(row[e]) for e in ELEMENTS):
+        if row is None or not all(np.isfinite(row[e]) for e in geometry.COVARIANCE):
             return None
         return row, *relative_position(row)
 
@@ -115,9 +114,7 @@ def largest(values, otherwise=0.0):
 
 def relative_position(row):
     """Difference of the positions (3) and covariance (3x3) of a row of relative_covariance."""
-    nn, ee, vv, ne, nv, ev = (row[e] for e in ELEMENTS)
-    d = np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]])
-    return d, np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
+    return np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]]), geometry.covariances(row)
 
 
 def lines_of_two(data, offsets, text):
@@ -218,7 +215,7 @@ def cylinder(data):
         t = data.of(offset, data.formulations(offset)[0])
         angle, distance, md = np.radians(t["toolface_to_offset_deg"]), t["distance_m"], t["ref_md_m"]
         ring = data.radii(offset) + data.margin + data.k * np.hypot(t["sd_relative_m"], data.project_ahead)
-        limit = max(2.2 * largest(ring), 1.3 * np.nanmin(distance))
+        limit = max(2.2 * largest(ring), 1.3 * np.nanmin(distance)) or 1.0
         keep = np.isfinite(angle) & (distance <= limit)
         shown.append((offset, t, angle, distance, md, ring, limit, keep))
     depths = np.concatenate([s[4][s[7]] for s in shown])  # colours: the depths that are drawn, of all panels
@@ -356,8 +353,7 @@ def cloud(data):
         x = np.array([s[k][keep] for k in ("north_m", "east_m", "down_m")])
         d, covariance = relative_position(row)
         for ax, (name, p, labels) in zip(line, projections(d)):
-            ax.scatter(*(p @ x), s=drawing.dot_size(x.shape[1]) ** 2 / 2, color="#0072B2", alpha=0.35, linewidths=0,
-                       rasterized=True)
+            drawing.cloud(ax, *(p @ x))
             flat = p @ covariance @ p.T
             for k in (1, 2, 3):
                 ax.plot(*geometry.ellipse_points(flat, k), color="#D55E00", linewidth=1.3)

@@ -154,6 +154,12 @@ def dot_size(count, largest=6.0, smallest=1.8):
     return float(np.clip(largest * (30 / max(count, 1)) ** 0.25, smallest, largest))
 
 
+def cloud(ax, x, y, smallest=1.8, **look):
+    """Realisations as dots, below all lines."""
+    ax.plot(x, y, ".", markersize=dot_size(len(x), smallest=smallest), rasterized=True, zorder=1,
+            **{"color": "#56B4E9", "alpha": 0.5, "markeredgewidth": 0, **look})
+
+
 def band(ax, margin):
     """1 and the margin within which a prediction agrees."""
     if margin:

@@ -22,18 +22,11 @@ from .reading import PlotError
 SPANS = ("well.inclination_deg", "well.azimuth_deg", "errors.multiplier", "errors.vertical")  # keys of a sweep that has figures of its own here
 
 MULTIPLIER = "errors.multiplier"
-INCLINATION, AZIMUTH, VERTICAL = "well.inclination_deg", "well.azimuth_deg", "errors.vertical"
+INCLINATION, AZIMUTH = "well.inclination_deg", "well.azimuth_deg"
 AXES = ("largest", "middle", "smallest")
 COLORS, LINES, MARKERS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222"), ("-", (0, (6, 2)), (0, (3, 1.5))), "os^vD"
 MOST_LINES, MOST_SOURCES = 5, 20
 TIMES, DEGREE = "\N{MULTIPLICATION SIGN}", "\N{DEGREE SIGN}"
-
-
-def some(values, most):
-    """At most so many of them, evenly spread, with the first and the last."""
-    if len(values) <= most:
-        return list(values)
-    return [values[round(i)] for i in np.linspace(0, len(values) - 1, most)]
 
 
 def sizes_of(table):
@@ -50,10 +43,10 @@ def at_size(table, size):
 def ratio_figure(title, axes, keys, margin):
     """Columns: axes; rows: the other keys of the sweep; lines: depths, and the second order of each depth, dashed."""
     others = [k for k in keys if k != MULTIPLIER]
-    depths = some(sorted(set(axes["md_m"])), MOST_LINES)
+    depths = ratios.some(sorted(set(axes["md_m"])), MOST_LINES)
     looks = {f"{md:g} m": (COLORS[c], "-", MARKERS[c]) for c, md in enumerate(depths)}
     panels = []
-    for point in some(reading.sweep_points(axes, others), 4):
+    for point in ratios.some(reading.sweep_points(axes, others), 4):
         for axis, word in enumerate(AXES, 1):
             here = reading.at_point(axes, [*others, "quantity"], [*point, f"sd_axis_{axis}"])
             shown, second = {}, {}
@@ -74,14 +67,9 @@ def ratio_figure(title, axes, keys, margin):
 # --- 2: cloud -------------------------------------------------------------------------------------------------------
 
 
-def matrix(row):
-    return np.array([[row["nn_m2"], row["ne_m2"], row["nv_m2"]], [row["ne_m2"], row["ee_m2"], row["ev_m2"]],
-                     [row["nv_m2"], row["ev_m2"], row["vv_m2"]]])
-
-
 def cloud_figure(title, covariances, samples, ellipses, md):
     """Rows: plan (north up) and vertical section along the mean azimuth; a column a size."""
-    sizes = some(sizes_of(covariances), 4)
+    sizes = ratios.some(sizes_of(covariances), 4)
     figure, panels = plt.subplots(2, len(sizes), figsize=(max(3.4 * len(sizes) + 0.8, 6.4), 8.2), squeeze=False, layout="constrained")
     row = ellipses.row(formulation="minimum_curvature", md_m=md)
     azimuth = np.degrees(np.arctan2(row["center_east_m"], row["center_north_m"])) if row else 0.0
@@ -93,7 +81,7 @@ def cloud_figure(title, covariances, samples, ellipses, md):
         predicted = here.row(formulation="minimum_curvature", md_m=md)
         if predicted is None:
             raise PlotError("table 'position_covariance' lacks 'minimum_curvature'")
-        c = matrix(predicted)
+        c = geometry.covariances(predicted)
         turn = np.radians(azimuth)
         along = np.array([np.cos(turn), np.sin(turn), 0.0])
         section = np.array([along, [0.0, 0.0, 1.0]])
@@ -101,8 +89,7 @@ def cloud_figure(title, covariances, samples, ellipses, md):
         points = np.array([cloud["north_m"], cloud["east_m"], cloud["vertical_m"]])
         for ax, view in views:  # abscissa, ordinate
             x = view @ points
-            ax.plot(x[0], x[1], ".", color="#56B4E9", markersize=drawing.dot_size(count), alpha=0.5, markeredgewidth=0, rasterized=True,
-                    zorder=1)
+            drawing.cloud(ax, *x)
             for k in (1, 2, 3):
                 ellipse = geometry.ellipse_points(view @ c @ view.T, k)
                 ax.plot(*ellipse, color="#D55E00", linewidth=1.5, zorder=3)
@@ -167,7 +154,7 @@ def sources_figure(title, table, md):
 
 def map_figure(title, axes, ellipses, md):
     """Columns: sizes; rows: Monte Carlo over predicted of the smallest axis, coverage of the 3-sigma ellipse."""
-    sizes = some(sizes_of(axes), 4)
+    sizes = ratios.some(sizes_of(axes), 4)
     figure, panels = plt.subplots(2, len(sizes), figsize=(3.9 * len(sizes) + 1.2, 8.4), squeeze=False, layout="constrained")
     ratio = axes.where(lambda i: axes["md_m"][i] == md and axes["quantity"][i] == "sd_axis_3"
                        and axes["formulation"][i] == "minimum_curvature")

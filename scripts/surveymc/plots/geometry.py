@@ -77,3 +77,12 @@ def map_turned(north, east, azimuth_deg):
 def ellipse_coverage(k):
     """Probability that a normally distributed point lies inside its k-sigma ellipse."""
     return -np.expm1(-k * k / 2)
+
+
+COVARIANCE = ("nn_m2", "ne_m2", "nv_m2", "ne_m2", "ee_m2", "ev_m2", "nv_m2", "ev_m2", "vv_m2")
+
+
+def covariances(table):
+    """The 3x3 matrices (north, east, vertical; m2) of all rows of a table; of one row, given as a dict, its matrix."""
+    elements = np.array([table[c] for c in COVARIANCE])
+    return np.moveaxis(elements.reshape(3, 3, *elements.shape[1:]), (0, 1), (-2, -1))

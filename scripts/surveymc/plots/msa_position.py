@@ -31,10 +31,6 @@ WIDTH = {1: 1.0, 2: 1.3, 3: 1.8}  # line widths of the k-sigma ellipses
 CIRCLE = "#888888"
 
 
-def horizontal_covariance(row):
-    return np.array([[row["nn_m2"], row["ne_m2"]], [row["ne_m2"], row["ee_m2"]]])
-
-
 # --- 1: position ----------------------------------------------------------------------------------------------------
 
 
@@ -45,7 +41,7 @@ def read_ellipses(covariances, ellipses):
         c, e = covariances.row(formulation=name), ellipses.row(formulation=name)
         if c is None or e is None:
             continue
-        matrix = horizontal_covariance(c)
+        matrix = geometry.covariances(c)[:2, :2]
         if np.all(np.isfinite(matrix)):
             result[name] = geometry.ellipse_axes(matrix) + ((e["center_north_m"], e["center_east_m"]), e)
     return result
@@ -62,11 +58,9 @@ def position_figure(title, samples, covariances, ellipses):
                     f"{grouped(len(north))} realisations; statistics: {trials_text(ellipses)}."
                     + (" Lines with ticks, below in (b): predicted ellipses without width." if any(geometry.is_line(*s[:2]) for s in shapes.values())
                        else ""))
-    dots = drawing.dot_size(len(north), smallest=3.0)
     for ax, view in ((plan, lambda n, e: (e, n)),
                      (axes, lambda n, e: geometry.map_turned(n, e, azimuth))):
-        ax.plot(*view(north, east), ".", color="#56B4E9", markersize=dots, alpha=0.5, markeredgewidth=0,
-                rasterized=True, zorder=1)
+        drawing.cloud(ax, *view(north, east), smallest=3.0)
         ax.plot(0, 0, "+", color="black", markersize=11, markeredgewidth=1.6, zorder=9)
         draw_ellipses(ax, view, {n: s for n, s in shapes.items() if ax is plan or not geometry.is_line(*s[:2])}, truth)
         ax.margins(0.06)

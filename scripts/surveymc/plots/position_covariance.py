@@ -26,7 +26,6 @@ SPANS = ("error_model.name",)  # keys of a sweep that has figures of its own her
 SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 DEGREE = "\N{DEGREE SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
-ELEMENTS = ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2")
 HOLE = (("sd_high_side_m", "high side", "#0072B2", "-"), ("sd_lateral_m", "lateral", "#D55E00", (0, (6, 2))),
         ("sd_along_hole_m", "along hole", "#222222", (0, (1, 1.2))))
 MAP = (("semi_major_m", "horizontal, major axis", "#D55E00", "-"),
@@ -39,15 +38,9 @@ SOURCE_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E0
 HATCHES = ("", "//", "", "\\\\", "", "xx", "")
 
 
-def covariances(table):
-    """The 3x3 matrices (N, E, V) of all rows."""
-    nn, ee, vv, ne, nv, ev = (table[e] for e in ELEMENTS)
-    return np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]]).transpose(2, 0, 1)
-
-
 def with_a_covariance(table):
     """Which rows have one: a model may have no finite weight somewhere along a well."""
-    return np.all([np.isfinite(table[e]) for e in ELEMENTS], axis=0)
+    return np.all([np.isfinite(table[e]) for e in geometry.COVARIANCE], axis=0)
 
 
 def left_out(table):
@@ -218,7 +211,7 @@ def views(covariance, ellipsoid):
 
     Plan: east across, north up. Section: distance along the azimuth across, true vertical depth down.
     """
-    c = covariances(covariance)
+    c = geometry.covariances(covariance)
     north, east, tvd = ellipsoid["north_m"], ellipsoid["east_m"], ellipsoid["tvd_m"]
     azimuth = section_azimuth(north, east)
     a = np.radians(azimuth)

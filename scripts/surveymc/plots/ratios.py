@@ -8,6 +8,13 @@ from . import drawing, reading
 BAND = {"color": "#009E73", "alpha": 0.18, "linewidth": 0, "zorder": 0}
 
 
+def some(values, most):
+    """At most so many of them, evenly spread, with the first and the last."""
+    if len(values) <= most:
+        return list(values)
+    return [values[round(i)] for i in np.linspace(0, len(values) - 1, most)]
+
+
 def _finish(figure, title, text, handles, confidence, margins, published):
     handles = [*handles, drawing.interval_handle(confidence)]
     handles += [Line2D([], [], color=drawing.PUBLISHED, marker="x", linestyle="none", markeredgewidth=1.6, label="published")] if published else []

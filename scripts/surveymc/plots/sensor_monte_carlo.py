@@ -31,13 +31,6 @@ MARKERS, LINES = "os^vDP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))
 MOST_DEPTHS = 6  # lines a panel of the first figure, panels of the second
 
 
-def some(values):
-    """At most MOST_DEPTHS of them, evenly spread, with the first and the last."""
-    if len(values) <= MOST_DEPTHS:
-        return list(values)
-    return [values[round(i)] for i in np.linspace(0, len(values) - 1, MOST_DEPTHS)]
-
-
 # --- 1: axes --------------------------------------------------------------------------------------------------------
 
 
@@ -47,7 +40,7 @@ def axes_figure(title, table, keys, margin):
     others = [k for k in keys if not (swept and k == MULTIPLIER)]
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     if swept:
-        curves = {f"{md:g} m": {"formulation": "toolface_dependent", "md_m": md} for md in some(sorted(set(table["md_m"])))}
+        curves = {f"{md:g} m": {"formulation": "toolface_dependent", "md_m": md} for md in ratios.some(sorted(set(table["md_m"])), MOST_DEPTHS)}
         looks = {n: (palette[c % len(palette)], LINES[c % 4], MARKERS[c % 8]) for c, n in enumerate(curves)}
     else:
         curves = {look[0]: {"formulation": f} for f, look in FORMULATIONS.items()}
@@ -74,7 +67,7 @@ def axes_figure(title, table, keys, margin):
 
 def ellipses_figure(title, point, samples, table):
     """A panel a depth, along and across the predicted major axis with separate scales: thin ellipses stay legible."""
-    depths = some(sorted(set(table["md_m"])))
+    depths = ratios.some(sorted(set(table["md_m"])), MOST_DEPTHS)
     figure, panels = drawing.panels(len(depths), (4.0, 3.4))
     monte_carlo = drawing.LOOK["monte_carlo"]["color"]
     for ax, md in zip(panels, depths):
@@ -86,8 +79,7 @@ def ellipses_figure(title, point, samples, table):
         truth = (reference["center_north_m"], reference["center_east_m"])
         if samples is not None and samples.rows:
             cloud = samples.where(lambda i: samples["md_m"][i] == md)
-            ax.plot(*geometry.map_turned(cloud["north_m"], cloud["east_m"], azimuth), ".", color="#56B4E9",
-                    markersize=drawing.dot_size(cloud.rows), alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
+            drawing.cloud(ax, *geometry.map_turned(cloud["north_m"], cloud["east_m"], azimuth))
         for name in ("monte_carlo", *FORMULATIONS):
             row = here.row(formulation=name)
             if row is None:

@@ -117,8 +117,7 @@ def ellipsoids_figure(title, samples, covariances, position):
         for name in formulations:
             r = covariances.row(case=case, formulation=name)
             if r is not None:
-                found[name] = np.array([[r["nn_m2"], r["ne_m2"], r["nv_m2"]], [r["ne_m2"], r["ee_m2"], r["ev_m2"]],
-                                        [r["nv_m2"], r["ev_m2"], r["vv_m2"]]])
+                found[name] = geometry.covariances(r)
         azimuth = geometry.ellipse_axes(found["joint"][:2, :2])[2]
         a = np.radians(azimuth)
         along, left, down = np.array([np.cos(a), np.sin(a), 0]), np.array([np.sin(a), -np.cos(a), 0]), np.array([0, 0, 1.0])
@@ -127,7 +126,7 @@ def ellipsoids_figure(title, samples, covariances, position):
             xy = turn @ points
             is_small = np.abs(xy[1]).max() < 0.5
             scale = np.array([[1.0], [1000.0 if is_small else 1.0]])
-            ax.plot(*(xy * scale), ".", color="#56B4E9", markersize=3, alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
+            drawing.cloud(ax, *(xy * scale), smallest=3.0)
             lines = {}
             for name in sorted(found, key=lambda f: (f != "monte_carlo", -found[f][0, 0])):
                 flat = turn @ found[name] @ turn.T

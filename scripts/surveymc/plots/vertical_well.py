@@ -59,8 +59,7 @@ def ellipses_figure(title, point, samples, table):
     if cloud:
         reach = max(reach, 1e3 * 3.3 * sample["semi_major_m"])
         inside = np.maximum(abs(samples["north_m"]), abs(samples["east_m"])) * 1e3 <= reach
-        panels[0].plot(1e3 * samples["east_m"][inside], 1e3 * samples["north_m"][inside], ".", color="#9AC8E4",
-                       markersize=drawing.dot_size(samples.rows), alpha=0.35, markeredgewidth=0, rasterized=True, zorder=1)
+        drawing.cloud(panels[0], 1e3 * samples["east_m"][inside], 1e3 * samples["north_m"][inside], alpha=0.35)
         beyond = int(np.count_nonzero(~inside))
         panels[0].set_title("(a) With the realisations" + (f"; {grouped(beyond)} lie outside" if beyond else ""))
         panels[1].set_title("(b) The ellipses alone")
