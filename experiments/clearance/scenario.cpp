@@ -64,8 +64,8 @@ void read_drawing(config::ConfigReader& c, Scenario& s) {
   std::vector<std::string> names{"own"};
   for (const Formulation& f : s.formulations)
     if (f.kind != Formulation::Kind::zeroed) names.push_back(f.name);
-  const std::string drawn = c.choice(
-      "errors.formulation", names,
+  const std::string drawn = c.listed_name(
+      "errors.formulation", names, "\"own\" or a formulation of separation.formulations",
       "by which formulation the drawn wells share draws; 'own': each formulation is compared with draws of its own",
       "own");
   if (drawn != "own") d.formulation = drawn;
@@ -93,8 +93,9 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
     entry.text("formulation", config::kMeaningElsewhere);
     entry.number("md_m", config::Range::non_negative(), config::kMeaningElsewhere);
     if (!given.here) continue;  // another point may have other wells
-    p.offset = entry.choice("offset", offsets, "the offset that is meant");
-    p.formulation = entry.choice("formulation", formulations, config::kMeaningElsewhere);
+    p.offset = entry.listed_name("offset", offsets, "the name of an [[offset]]", "the offset that is meant");
+    p.formulation = entry.listed_name("formulation", formulations, "a formulation of separation.formulations",
+                                      config::kMeaningElsewhere);
     const auto at = static_cast<std::size_t>(std::find(offsets.begin(), offsets.end(), p.offset) - offsets.begin());
     const auto f = std::find(formulations.begin(), formulations.end(), p.formulation) - formulations.begin();
     entry.require(s.formulations[static_cast<std::size_t>(f)].is_for(s.offsets[at]), "formulation",

@@ -231,10 +231,11 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const Relia
   for (config::ConfigReader& c : config.tables("statement", "published statements on the maps")) {
     Statement s;
     s.text = c.text("text", "the statement, in its words");
-    s.quantity = c.choice("quantity", layers, "map that it is about");
+    s.quantity = c.listed_name("quantity", layers, "the name of a map of the result", "map that it is about");
     std::vector<std::string> names;
     for (const ErrorSubject& subject : subjects) names.push_back(subject_name(subject));
-    const std::string name = c.choice("observation", names, "observation that it is about", names.front());
+    const std::string name = c.listed_name("observation", names, "an observation of the maps, as they name it",
+                                           "observation that it is about", names.front());
     s.subject = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     s.statistic =
         c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"},
@@ -262,7 +263,8 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const Relia
                 "a crossing is along the inclination, and there are several points at one: name the other axes in "
                 "where");
     if (c.has("crosses")) {
-      s.crosses = c.choice("crosses", layers, "map whose sizes the crossing meets");
+      s.crosses =
+          c.listed_name("crosses", layers, "the name of a map of the result", "map whose sizes the crossing meets");
       c.require(s.statistic == "crossing" && s.relative_to.empty(), "crosses", "only with a crossing of its own");
       c.require(!c.has("level"), "level", "not together with crosses");
       c.require(layer_unit(s.crosses, subjects[s.subject]) == layer_unit(s.quantity, subjects[s.subject]), "crosses",

@@ -24,6 +24,7 @@
 #include "cli/screen.h"
 #include "cli/signals.h"
 #include "cli/sweep_status.h"
+#include "cli/version_text.h"
 #include "render/text.h"
 #include "store/atomic_file.h"
 

@@ -134,6 +134,10 @@ class ConfigReader {
                    const std::optional<std::string>& fallback = std::nullopt);
   std::string choice(const std::string& key, const std::vector<std::string>& allowed, std::string_view meaning,
                      const std::optional<std::string>& fallback = std::nullopt);
+  /// A choice among names that the config itself gives. `what`: what they are, which is the key's rule for `surveymc
+  /// keys`: "the name of an [[offset]]".
+  std::string listed_name(const std::string& key, const std::vector<std::string>& names, const std::string& what,
+                          std::string_view meaning, const std::optional<std::string>& fallback = std::nullopt);
   /// A date as decimal year, years of 365 or 366 days: 2026-07-01 (with or without quotes, from the year 1600 on) or
   /// the number 2026.4959.
   double decimal_year(const std::string& key, std::string_view meaning);
@@ -234,6 +238,9 @@ class ConfigReader {
   template <class Describe>
   ConfigValue ask_name(const std::string& key, std::string_view meaning, const Fallback& fallback,
                        const Describe& describe);
+  template <class Describe>
+  std::string word_among(const std::string& key, const std::vector<std::string>& allowed, std::string_view meaning,
+                         const std::optional<std::string>& fallback, const Describe& describe);
   [[noreturn]] void refuse_missing(const std::string& key) const;
   /// What get() returns. While mistakes are collected, one of get() is noted, and `stand_in` takes its place.
   /// `decides`: what may depend on the value (mistakes.h).

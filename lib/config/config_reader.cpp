@@ -273,16 +273,30 @@ std::string ConfigReader::text(const std::string& key, std::string_view meaning,
   });
 }
 
-std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
-                                 std::string_view meaning, const std::optional<std::string>& fallback) {
+template <class Describe>
+std::string ConfigReader::word_among(const std::string& key, const std::vector<std::string>& allowed,
+                                     std::string_view meaning, const std::optional<std::string>& fallback,
+                                     const Describe& describe) {
   return or_stand_in(key, Decides::presence, fallback.value_or(allowed.front()), [&] {
-    const ConfigValue value = ask_name(key, meaning, Fallback(fallback, fallback && contains(allowed, *fallback)), [&] {
-      return KeyQuestion{"text", "", "", allowed};
-    });
+    const ConfigValue value =
+        ask_name(key, meaning, Fallback(fallback, fallback && contains(allowed, *fallback)), describe);
     if (!value) return *fallback;
     std::string word = choice_word(*value.node);
     if (!contains(allowed, word)) value.fail_type(choice_rule(allowed) + suggestion(word, allowed));
     return word;
+  });
+}
+
+std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
+                                 std::string_view meaning, const std::optional<std::string>& fallback) {
+  return word_among(key, allowed, meaning, fallback, [&] { return KeyQuestion{"text", "", "", allowed}; });
+}
+
+std::string ConfigReader::listed_name(const std::string& key, const std::vector<std::string>& names,
+                                      const std::string& what, std::string_view meaning,
+                                      const std::optional<std::string>& fallback) {
+  return word_among(key, names, meaning, fallback, [&] {
+    return KeyQuestion{"text", "must be " + what, in_quotes(names.front())};
   });
 }
 
