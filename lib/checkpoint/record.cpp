@@ -1,5 +1,6 @@
 #include "checkpoint/record.h"
 
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -54,11 +55,12 @@ std::string read_bytes(const std::filesystem::path& path) {
   if (const std::string fault = input_fault(path); !fault.empty()) cannot_be_read(path, fault);
   std::ifstream in(path, std::ios::binary);
   if (!in) cannot_be_read(path);
-  try {
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  } catch (const std::ios_base::failure&) {  // thrown past the stream by its buffer
-    cannot_be_read(path);
-  }
+  std::string bytes;
+  std::array<char, std::size_t{1} << 16> piece;
+  while (in.read(piece.data(), piece.size()), in.gcount() > 0)
+    bytes.append(piece.data(), static_cast<std::size_t>(in.gcount()));
+  if (in.bad()) cannot_be_read(path);
+  return bytes;
 }
 
 }  // namespace surveymc::checkpoint

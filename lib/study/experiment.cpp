@@ -450,6 +450,51 @@ void add_answer(const Experiment& experiment, store::Result& result) {
 
 namespace {
 
+/// Results of neighbouring points, in order. The thread that computes the points puts their rows together, so that less
+/// is left for the one thread that takes them.
+struct PointGroup {
+  struct Point {
+    bool has_failed = false;
+    std::vector<compare::Warning> warnings = {};
+    std::vector<store::Map> maps = {};
+    std::vector<store::MapStream> streams = {};
+  };
+  std::vector<store::Table> tables = {}, samples = {};
+  std::vector<Point> points = {};
+  std::uint64_t trials = 0;
+  store::Table cost = {};
+  std::size_t values = 0;
+
+  /// `r`: of placed_in_sweep().
+  void add(PointResult r) {
+    for (const auto* of_point : {&r.tables, &r.samples})
+      for (const store::Table& t : *of_point) values += t.rows() * t.columns.size();
+    for (const store::Map& m : r.maps) values += m.values.size();
+    Point& p = points.emplace_back();
+    p.has_failed = is_failed(r);
+    std::erase_if(r.tables, [&](const store::Table& t) {
+      if (t.name != compare::kWarningsTable) return false;
+      for (compare::Warning& w : compare::warnings_of(t)) p.warnings.push_back(std::move(w));
+      return true;
+    });
+    add_point(tables, std::move(r.tables));
+    add_point(samples, std::move(r.samples));
+    p.maps = std::move(r.maps);
+    p.streams = std::move(r.streams);
+  }
+};
+
+/// Of how many of `count` points the results are put together by one thread: more where points are many, quick and
+/// small, so that memory holds little more than without groups. `values`: of the largest point so far.
+std::size_t group_size(std::size_t count, int threads, std::uint64_t trials, std::size_t values) {
+  constexpr std::size_t kMost = 16, kLeastGroups = 8, kMostValues = std::size_t{1} << 15;
+  constexpr std::uint64_t kQuick = 512;  // trials
+  if (trials > kQuick) return 1;
+  const std::size_t most = std::min(kMost, kMostValues / std::max<std::size_t>(1, values));
+  return std::clamp<std::size_t>(count / (kLeastGroups * static_cast<std::size_t>(threads)), 1,
+                                 std::max<std::size_t>(1, most));
+}
+
 /// Puts the results of points together, which come in order.
 class Assembly {
  public:
@@ -458,25 +503,14 @@ class Assembly {
         axes_(sweep_axes(run.config)),
         sensitivity_(config::sensitivity_rule_of(run.config.source_text(), "the config")) {}
 
-  /// `r`: of placed_in_sweep().
-  void add(PointResult r) {
-    const bool has_failed = is_failed(r);
-    if (sensitivity_ && !has_failed && !is_checked_) compare::check_sensitivity(*sensitivity_, r.tables);
-    is_checked_ = is_checked_ || !has_failed;
-    take_warnings(r.tables);
-    add_point(tables_, std::move(r.tables));
-    add_point(samples_, std::move(r.samples));
-    if (has_failed) {  // its values are missing
-      if (maps_.empty()) ++failed_;
-      for (store::Map& m : maps_) m.values.insert(m.values.end(), values_of_point(m), kNaN);
-      streams_.add_missing();
-      return;
-    }
-    const bool is_first = maps_.empty();
-    add_maps(maps_, std::move(r.maps), axes_);
-    if (is_first)
-      for (store::Map& m : maps_) m.values.insert(m.values.begin(), failed_ * values_of_point(m), kNaN);
-    streams_.add(std::move(r.streams), axes_);
+  void add(PointGroup group) {
+    const bool has_values =
+        std::any_of(group.points.begin(), group.points.end(), [](const auto& p) { return !p.has_failed; });
+    if (sensitivity_ && has_values && !is_checked_) compare::check_sensitivity(*sensitivity_, group.tables);
+    is_checked_ = is_checked_ || has_values;
+    add_point(tables_, std::move(group.tables));
+    add_point(samples_, std::move(group.samples));
+    for (PointGroup::Point& p : group.points) add(std::move(p));
   }
 
   store::Result result(const std::atomic<bool>* stop) {
@@ -494,18 +528,23 @@ class Assembly {
   }
 
  private:
-  /// Warnings of the points, which stand below each other in no other order than that of the points.
-  void take_warnings(std::vector<store::Table>& of_point) {
-    const std::string at = point_in_words(run_.config, point_);
-    std::erase_if(of_point, [&](const store::Table& t) {
-      if (t.name != compare::kWarningsTable) return false;
-      for (compare::Warning& w : compare::warnings_of(t)) {
-        w.at = at;
-        warnings_.add(std::move(w), point_);
-      }
-      return true;
-    });
+  void add(PointGroup::Point p) {
+    for (compare::Warning& w : p.warnings) {
+      w.at = point_in_words(run_.config, point_);
+      warnings_.add(std::move(w), point_);
+    }
     ++point_;
+    if (p.has_failed) {  // its values are missing
+      if (maps_.empty()) ++failed_;
+      for (store::Map& m : maps_) m.values.insert(m.values.end(), values_of_point(m), kNaN);
+      streams_.add_missing();
+      return;
+    }
+    const bool is_first = maps_.empty();
+    add_maps(maps_, std::move(p.maps), axes_);
+    if (is_first)
+      for (store::Map& m : maps_) m.values.insert(m.values.begin(), failed_ * values_of_point(m), kNaN);
+    streams_.add(std::move(p.streams), axes_);
   }
 
   /// Those of the input first. All points have been read by now, whoever has computed them.
@@ -538,7 +577,9 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
                        const std::atomic<bool>* stop) {
   Assembly all(run);
   for (std::size_t i = 0; i < run.point_count(); ++i) {
-    all.add(placed_in_sweep(run, i, point_result(i)));
+    PointGroup one;
+    one.add(placed_in_sweep(run, i, point_result(i)));
+    all.add(std::move(one));
     run.forget(i);
   }
   return all.result(stop);
@@ -549,19 +590,33 @@ store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options,
   Assembly all(run);
   store::Table cost;
   ComputedPoints points(run, options, checkpoint);
-  montecarlo::compute_in_order(
-      run.point_count(), threads_of(run, {0, run.point_count(), 1}, options),
-      [&](std::size_t i) {
+  const std::size_t count = run.point_count();
+  const int threads = threads_of(run, {0, count, 1}, options);
+  std::size_t values = 0;
+  const auto compute_points = [&](std::size_t first, std::size_t end, std::size_t size) {
+    const auto end_of = [&](std::size_t k) { return std::min(end, first + (k + 1) * size); };
+    const auto compute = [&](std::size_t k) {
+      PointGroup group;
+      for (std::size_t i = first + k * size; i < end_of(k); ++i) {
         ComputedPoints::Point p = points.compute(i);
-        p.result = placed_in_sweep(run, i, std::move(p.result));
-        return p;
-      },
-      [&](std::size_t i, ComputedPoints::Point p) {
-        if (trials) *trials += p.trials;
-        if (!p.cost.columns.empty()) store::append_rows(cost, std::move(p.cost));
-        all.add(std::move(p.result));
-        run.forget(i);
-      });
+        group.trials += p.trials;
+        if (!p.cost.columns.empty()) store::append_rows(group.cost, std::move(p.cost));
+        group.add(placed_in_sweep(run, i, std::move(p.result)));
+      }
+      return group;
+    };
+    montecarlo::compute_in_order((end - first + size - 1) / size, threads, compute,
+                                 [&](std::size_t k, PointGroup group) {
+                                   values = std::max(values, group.values);
+                                   if (trials) *trials += group.trials;
+                                   if (!group.cost.columns.empty()) store::append_rows(cost, std::move(group.cost));
+                                   all.add(std::move(group));
+                                   for (std::size_t i = first + k * size; i < end_of(k); ++i) run.forget(i);
+                                 });
+  };
+  const std::size_t alone = std::min(count, montecarlo::most_in_flight(threads));
+  compute_points(0, alone, 1);
+  if (alone < count) compute_points(alone, count, group_size(count - alone, threads, run.trials_of(0), values));
   store::Result result = all.result(options.stop);
   result.cost = std::move(cost);
   return result;
