@@ -139,7 +139,7 @@ int print_findings(const RunArguments& a, const store::Result& result, const std
     print_tables(result, path, a.units == "ft");
   }
   const int exit = report_verdicts(result, a.check, false);
-  if (!a.verbose) say("tables: surveymc show " + shell_word(path));
+  if (!a.verbose) say(fmt::format("tables: surveymc show {0}    figures: surveymc plot {0}", shell_word(path)));
   print_warnings(result, path, a.quiet);
   return exit;
 }

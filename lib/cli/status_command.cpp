@@ -83,6 +83,11 @@ class WholeRun {
         fmt::format("  experiment {}, config hash {}, output {}", s.experiment, key_.config_hash, output_.string()));
     if (journals.empty() && !s.finished)
       look.lines.push_back("  nothing is kept of it there yet: a run keeps its work in a journal beside its output");
+    if (std::error_code error; !s.finished && fs::exists(output_, error))
+      look.lines.push_back(
+          fmt::format("  {} is there, but of another config or build: give status the options of its run (--set, "
+                      "--trials, --seed)",
+                      output_.string()));
     add_lines(look, s);
     for (const fs::path& path : others)
       look.lines.push_back(fmt::format("  {}: is of another config or build: not counted", path.string()));

@@ -88,9 +88,14 @@ class Pace:
     took, those of the same experiment if there are any."""
 
     START = 0.3  # s, of a run: program, predictions, writing
+    FIGURES, PAGE = 1.3, 0.1  # s of a core, of a result: drawing, and its part of the pages; means of 82 results
 
     def __init__(self, known, threads):
-        self.known, self.threads, self.runs = known, threads, []
+        self.known, self.given, self.threads, self.runs = known, threads, threads or len(os.sched_getaffinity(0)), []
+
+    def page(self, shown, drawn):
+        """Seconds for a page of so many results, with the figures of so many."""
+        return (self.FIGURES * drawn / min(2, os.cpu_count() or 1) + self.PAGE * shown) * self._factor(None)
 
     def cost(self, job):
         """Seconds that studies.toml lets expect."""
@@ -130,20 +135,32 @@ def run_job(job, program, threads):
     return process.returncode, verdicts.removeprefix("verdicts: ") if process.returncode == 0 else text.strip().splitlines()[-1:]
 
 
-def run_jobs(jobs, version, program, threads):
-    """Runs what is not done. Returns the names of the jobs that failed; raises KeyboardInterrupt when it is stopped."""
+def is_drawn(job, output):
+    """Whether figures for the page in this folder were made of the result that is there."""
+    folder, name = os.path.split(os.path.join(output, "report", "figures", job.name))
+    try:
+        return os.path.getmtime(os.path.join(folder, f".{name}.figures.json")) >= os.path.getmtime(job.output)
+    except OSError:
+        return False
+
+
+def run_jobs(jobs, version, program, pace, output=None):
+    """Runs what is not done. Returns the names of the jobs that failed; raises KeyboardInterrupt when it is stopped. output:
+    folder of the page that is made of them afterwards; None: none is."""
     waiting = [j for j in jobs if not j.error and not is_done(j, version)]
     broken = [j for j in jobs if j.error]
     kept = len(jobs) - len(waiting) - len(broken)
     print(f"{len(jobs)} studies: {kept} done already, {len(waiting)} to run", flush=True)
     for job in broken:
         print(f"  {job.name}: {job.error}", file=sys.stderr)
-    failed, pace = [j.name for j in broken], Pace(studies.load(), threads or len(os.sched_getaffinity(0)))
+    failed = [j.name for j in broken]
+    to_draw = [j for j in jobs if not j.error and (j in waiting or not is_drawn(j, output))] if output else []
     for i, job in enumerate(waiting):
         size = f"{job.trials:,} trials".replace(",", " ") if job.trials else "no trials"
-        print(f"[{i + 1}/{len(waiting)}] {job.name} ({size}, about {duration(pace.left(waiting[i:]))} left) ... ", end="", flush=True)
+        left = pace.left(waiting[i:]) + (pace.page(kept + len(waiting), len(to_draw)) if output else 0)
+        print(f"[{i + 1}/{len(waiting)}] {job.name} ({size}, about {duration(left)} left) ... ", end="", flush=True)
         start = time.monotonic()
-        code, words = run_job(job, program, threads)
+        code, words = run_job(job, program, pace.given)
         seconds = time.monotonic() - start
         if code == INTERRUPTED or code < 0:
             raise KeyboardInterrupt
@@ -201,11 +218,13 @@ def main():
         return 0
     start = time.monotonic()
     try:
-        failed = run_jobs(jobs, version, program, arguments.threads)
+        pace = Pace(studies.load(), arguments.threads)
+        failed = run_jobs(jobs, version, program, pace, None if arguments.no_report else output)
         code = UNEXPECTED if failed else 0
         there = [j.output for j in jobs if os.path.exists(j.output) and j.name not in failed]
         if there and not arguments.no_report:
-            print("figures and report ...", flush=True)
+            to_draw = [j for j in jobs if j.output in there and not is_drawn(j, output)]
+            print(f"figures and report (about {duration(pace.page(len(there), len(to_draw)))}) ...", flush=True)
             note = ["--note", QUICK_NOTE] if arguments.quick else []
             pages = os.path.join(output, "report")
             code = max(code, subprocess.run([sys.executable, studies.PACKAGE, "report", *there, "--base", output, "-o", pages,

@@ -29,7 +29,7 @@ class PythonCommands(Case):
         figures = self.call("plot", "out.h5", "-o", "figures", timeout=300).stdout.split()
         self.assertIn("figures/out_parameters.png", figures)
         self.assertTrue(all((self.folder / f).is_file() for f in figures))
-        self.assertIn("page.html: 1 result", self.call("report", "out.h5", "--no-figures", "-o", "page.html", timeout=300).stdout)
+        self.assertIn("page/index.html: 1 result", self.call("report", "out.h5", "--no-figures", "-o", "page", timeout=300).stdout)
         self.write("own.txt", TEXT)
         self.call("import", "own.txt", "--decimal", "comma", "-o", "own.csv")
         self.assertIn("1000,2.1,45", (self.folder / "own.csv").read_text())
@@ -42,6 +42,13 @@ class PythonCommands(Case):
         says = "surveymc (check|run) base.toml"
         for words in (["plot", "base.toml"], ["plot", "msa_position", "base.toml"], ["report", "base.toml"]):
             self.refused(USAGE, *words, says=f"must be a result, but this is a config; commands for it:\n  {says}\n  {says}\n")
+
+    def test_no_page_replaces_a_result(self):
+        self.run_config(timeout=60)
+        self.refused(CANNOT_WRITE, "report", "out.h5", "--no-figures", "-o", "./out.h5", says="./out.h5: cannot write", timeout=120)
+        (self.folder / "results").mkdir()
+        (self.folder / "out.h5").rename(self.folder / "results/mine.h5")
+        self.assertIn("results/report/index.html: 1 result", self.call("report", "--no-figures", timeout=120).stdout)
 
     def test_signals_go_to_it(self):
         python = self.tool("python", 'touch began; exec sleep 60')

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Tests of surveymc.run_studies (run_all.sh without the build): test_run_studies.py SURVEYMC"""
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -132,6 +133,8 @@ class Running(unittest.TestCase):
 
     def test_report_and_figures_come_with_it(self):
         text = self.go("--quick", "--only", "reliability/fig1")
+        left, _ = re.search(r", about ([\d.]+) s left\) \.\.\. .*\nfigures and report \(about [\d.]+ (s|min)\) ", text).groups()
+        self.assertGreaterEqual(float(left), run_studies.Pace.FIGURES / min(2, os.cpu_count()) + run_studies.Pace.PAGE)
         self.assertIn("report/index.html: 1 result,", text)
         self.assertTrue(os.path.exists(os.path.join(self.folder, "report", "figures", "reliability", "fig1_inclination.svg")))
         with open(os.path.join(self.folder, "report", "index.html"), encoding="utf-8") as file:
@@ -155,6 +158,26 @@ class TimeLeft(unittest.TestCase):
         pace.add(job("a", 100), 3 * (50 + start))  # and thrice for this one
         self.assertAlmostEqual(pace.left([job("a", 10)]), 3 * (5 + start))
         self.assertAlmostEqual(pace.left([job("b", 0)]), 2 * (2.7 + start))
+
+    def test_figures_and_page_are_counted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            job = run_studies.Job("a/b", "c", os.path.join(folder, "a/b.h5"), [], "a")
+            record = os.path.join(folder, "report/figures/a/.b.figures.json")
+            self.assertFalse(run_studies.is_drawn(job, folder))
+            for path in (record, job.output):
+                os.makedirs(os.path.dirname(path), exist_ok=True)
+                with open(path, "w", encoding="utf-8"):
+                    pass
+            os.utime(job.output, (1000, 1000))
+            self.assertTrue(run_studies.is_drawn(job, folder))
+            os.utime(record, (999, 999))  # of an older result
+            self.assertFalse(run_studies.is_drawn(job, folder))
+        pace = run_studies.Pace({"a": studies.Study("a", 0, "a", run_s=1.0)}, 2)
+        page, both = pace.page(10, 0), pace.page(10, 4)
+        self.assertAlmostEqual(page, 10 * pace.PAGE)
+        self.assertAlmostEqual(both - page, 4 * pace.FIGURES / min(2, os.cpu_count()))
+        pace.add(run_studies.Job("n", "c", "o", [], "a"), 3 * (1.0 + pace.START))  # this machine takes thrice as long
+        self.assertAlmostEqual(pace.page(10, 4), 3 * both)
 
     def test_every_study_says_what_it_costs(self):
         for name, study in studies.load().items():

@@ -80,7 +80,8 @@ def main():
     parser.add_argument("--note", default="", help="a sentence for the head of the pages")
     parser.add_argument("--templates", metavar="FOLDER", help="your own templates, in place of those of the same name")
     arguments = parser.parse_args()
-    paths = arguments.results or [os.path.join(studies.ROOT, "results")]
+    here = "results" if os.path.isdir("results") or not studies.is_source() else os.path.join(studies.ROOT, "results")
+    paths = arguments.results or [here]
     files = result_files(paths)
     base = arguments.base or os.path.commonpath([os.path.abspath(p) if os.path.isdir(p) else os.path.dirname(os.path.abspath(p))
                                                  for p in paths])
