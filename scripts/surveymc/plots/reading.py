@@ -198,6 +198,22 @@ def norths_at(file, config, keys, point):
     return float(setting_at(config, keys, point, "field.declination_deg", 0.0)), float(convergence)
 
 
+def spread(values, most):
+    """At most so many of some values, evenly from the first to the last; of one, the middle."""
+    if len(values) <= most:
+        return list(values)
+    at = [len(values) // 2] if most == 1 else np.linspace(0, len(values) - 1, most).round().astype(int)
+    return [values[i] for i in at]
+
+
+def shared_out(sizes, most):
+    """How many values of each facet are shown, so that their product is at most `most`: those with the most give first."""
+    shown = list(sizes)
+    while np.prod(shown) > most:
+        shown[int(np.argmax(shown))] -= 1
+    return shown
+
+
 MOST_POINTS = 6  # of a sweep, in figures of which every point has its own
 
 

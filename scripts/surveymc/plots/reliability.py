@@ -12,6 +12,7 @@ effect on the inclination (figure 1 of the paper); `_nonlinear`, detectable erro
 linear one; `_direction`, entries of the weakest combination.
 """
 import itertools
+import sys
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -22,8 +23,8 @@ from . import drawing, reading, saving, wording
 from .reliability_figures import (COLOURS, LINES, NAMES, Grid, axis_title, colour_bar, direction_figure, levels_of, named, nonlinear_figure, panel,
                                  residuals_figure, subject_name, unit_of, unit_of_residual)
 
-MAXIMUM_ROWS = 6  # of panels in a figure; of curves twice as many
-MAXIMUM_FIGURES = 4
+ROWS = 6  # of panels in a figure, or curves
+MOST_ROWS = 24  # of a map; one that has more is drawn in part
 
 
 def maps_figure(title, detectable, effect, names, rows, observation_of, effect_name, tolerance):
@@ -68,8 +69,8 @@ def curves_figure(title, detectable, effect, name, rows, observation_of, effect_
     left.set_ylabel(f"minimal detectable error ({', '.join(sorted(units))})")
     right.set_ylabel(f"effect on the {effect_name} (°)")
     for axes, grid in ((left, detectable), (right, effect)):
-        shown = np.abs(grid.values[np.isfinite(grid.values)])
-        shown = shown[shown > 0]
+        shown = np.concatenate([np.abs(grid.slice(chosen)).ravel() for _, chosen in rows])
+        shown = shown[np.isfinite(shown) & (shown > 0)]
         if shown.size and shown.max() > 30 * np.median(shown):  # a pole: show what lies below
             axes.set_ylim(0, 8 * np.median(shown))
         else:
@@ -119,7 +120,14 @@ def main():
     if not plane:
         raise reading.PlotError(f"{arguments.result}: a single point: nothing to draw")
     others = [n for n in detectable.axes if n not in plane]
-    choices = [range(len(detectable.axes[n])) for n in others]
+    if np.prod([len(detectable.axes[n]) for n in others]) > MOST_ROWS:  # over the longest axes; of the others the middle, of observations all
+        plane = sorted(sorted(wide, key=lambda n: -len(detectable.axes[n]))[:2], key=wide.index)
+        others = [n for n in detectable.axes if n not in plane]
+        print(f"{arguments.result}: drawn over {' and '.join(axis_title(n).split(' (')[0] for n in plane)}, each other axis at its middle value",
+              file=sys.stderr)
+        choices = [range(len(detectable.axes[n])) if n == "observation" else reading.spread(range(len(detectable.axes[n])), 1) for n in others]
+    else:
+        choices = [range(len(detectable.axes[n])) for n in others]
     if observations and arguments.observation:
         choices[others.index("observation")] = [observations.index(arguments.observation)]
     rows = []
@@ -129,14 +137,14 @@ def main():
         if observations and len(observations) > 1 and len(plane) == 1:
             words.insert(0, NAMES[observations[picked[others.index("observation")]]])
         rows.append((", ".join(words), dict(zip(others, picked))))
-    room = MAXIMUM_ROWS * (1 if len(plane) == 2 else 2)
-    pages = [rows[first:first + room] for first in range(0, len(rows), room)]
-    if len(pages) > MAXIMUM_FIGURES:
-        raise reading.PlotError(f"{arguments.result}: {len(rows)} panels: choose with --observation, or map fewer values",
-                                 USAGE)
 
     def observation_of(chosen):
         return observations[chosen["observation"]] if observations else known[0]
+
+    kinds = {}  # curves of one unit have an axis
+    for row in rows:
+        kinds.setdefault(unit_of(detectable, observation_of(row[1])) if len(plane) == 1 else "", []).append(row)
+    pages = [kind[first:first + ROWS] for kind in kinds.values() for first in range(0, len(kind), ROWS)]
 
     folder = saving.figures_folder(arguments.output, arguments.result)
     stem = saving.stem_of(arguments.result)

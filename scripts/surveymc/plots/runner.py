@@ -97,6 +97,7 @@ def draw(result_path, names, folder, point=None):
                 code, saved, err, kept = _run(name, [cut[0], "-o", folder])
             drawn.files += [f for f in saved if f.endswith(".svg") and f not in drawn.files]
             drawn.kept += kept
+            drawn.notes += [line for line in err.splitlines() if not code and line not in kept]
             if code in (1, streams.CANNOT_WRITE):
                 said = err.strip().splitlines()[-1] if err.strip() else "failed"
                 drawn.broken.append(f"{name}: {said.removeprefix(f'{COMMAND} {name}: ')}")

@@ -196,22 +196,6 @@ def default_quantities(result, study):
 
 # ---- choosing
 
-def spread(values, most):
-    """At most so many of some values, evenly from the first to the last; of one, the middle."""
-    if len(values) <= most:
-        return list(values)
-    at = [len(values) // 2] if most == 1 else np.linspace(0, len(values) - 1, most).round().astype(int)
-    return [values[i] for i in at]
-
-
-def shared_out(sizes, most):
-    """How many values of each facet are shown, so that their product is at most `most`: those with the most give first."""
-    shown = list(sizes)
-    while np.prod(shown) > most:
-        shown[int(np.argmax(shown))] -= 1
-    return shown
-
-
 def _sorted(values):
     """Values of a key: numbers in their order, words as they come."""
     found = list(dict.fromkeys(values))
@@ -228,8 +212,8 @@ def _words(keys, point):
 def facets(rows, keys, most, said):
     """[(words, rows)] for each of at most `most` combinations of values of these keys, and what is left out, to `said`."""
     values = [_sorted(rows[k]) for k in keys]
-    counts = shared_out([len(v) for v in values], most)
-    chosen = [spread(v, n) if k != LINE else v[:n] for k, v, n in zip(keys, values, counts)]
+    counts = reading.shared_out([len(v) for v in values], most)
+    chosen = [reading.spread(v, n) if k != LINE else v[:n] for k, v, n in zip(keys, values, counts)]
     for key, every, some in zip(keys, values, chosen):
         if len(some) < len(every):
             of = f"values of {wording.axis_name(key).split(' (')[0]}" if key not in (LINE, ROW) else "kinds"
