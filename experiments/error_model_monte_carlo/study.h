@@ -8,7 +8,7 @@
 #include "compare/verdict_stop.h"
 #include "error_model_monte_carlo/scenario.h"
 #include "propagate/drawn_well.h"
-#include "propagate/second_order.h"
+#include "propagate/well_chain.h"
 #include "stats/control_variate.h"
 #include "study/experiment.h"
 

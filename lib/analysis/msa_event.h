@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/msa_chain.h"
 #include "estimate/estimator.h"
 #include "rare/limit_state.h"
 #include "rare/proposal.h"
@@ -25,15 +26,6 @@ struct MsaEventRule {
   std::size_t quantity = 0;  ///< in kMsaEventQuantities
   double limit = 0;
   bool is_above = false;
-};
-
-/// What the trials are made of. The noise is Gaussian.
-struct MsaTrials {
-  survey::Survey survey;
-  survey::ReferenceField field;
-  sensor::CleanReadings clean;
-  sensor::NoiseModel noise;
-  sensor::ToolSpread spread;
 };
 
 class MsaEvent final : public rare::LimitState {

@@ -1,11 +1,14 @@
 #include "estimate/field_fit.h"
 
+#include <algorithm>
+
 #include <Eigen/LU>
 
 #include "base/error.h"
 #include "estimate/estimators.h"
 #include "estimate/field_fit_estimators.h"
 #include "estimate/field_fit_lanes.h"
+#include "estimate/field_fit_point.h"
 #include "simd/instruction_set.h"
 
 namespace surveymc::estimate {
@@ -94,6 +97,54 @@ class FieldFit final : public Estimator {
 };
 
 }  // namespace
+
+FieldFitPoint field_fit_point(const FieldFitModel& model, const EstimateBlock& estimates,
+                              const survey::ReadingBlock& readings, int trial) {
+  FieldFitPoint p;
+  for (int i = 0; i < 3; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    p.x[a] = 1 / estimates.parameters.value(trial, i);
+    p.x[3 + a] = estimates.parameters.value(trial, 3 + i) * p.x[a] / model.total;
+  }
+  if (model.joint) {
+    const double h = estimates.reference.value(trial, 0), v = estimates.reference.value(trial, 1),
+                 given_h = readings.reference.value(trial, 0), given_v = readings.reference.value(trial, 1);
+    if (model.total_sd > 0) p.x[6] = (std::hypot(h, v) - std::hypot(given_h, given_v)) / (model.total_sd * model.total);
+    if (model.dip_sd > 0) p.x[7] = (std::atan2(v, h) - std::atan2(given_v, given_h)) / model.dip_sd;
+  }
+  p.cost = estimates.cost.value(trial, 0);
+  p.converged = estimates.converged.value(trial, 0) != 0;
+  return p;
+}
+
+namespace {
+
+template <std::size_t N>
+FieldFitPoint solve_from(const FieldFitModel& model, const FieldFitData& data, const FieldFitPoint& from,
+                         double step_tolerance) {
+  std::array<double, N> start;
+  std::copy_n(from.x.begin(), N, start.begin());
+  NewtonOptions options;
+  options.step_tolerance = step_tolerance;
+  const NewtonSolution<double, N> s = field_fit_solution<double, N>(model, data, start, options);
+  FieldFitPoint p;
+  std::copy_n(s.x.begin(), N, p.x.begin());
+  p.cost = s.cost * model.total * model.total;
+  p.converged = s.converged > 0 && are_sound(s.x);
+  return p;
+}
+
+}  // namespace
+
+FieldFitPoint field_fit_from(const FieldFitModel& model, const survey::ReadingBlock& readings, int trial,
+                             const FieldFitPoint& start, double step_tolerance) {
+  const auto lane = static_cast<std::size_t>(trial % simd::kGroup);
+  const int group = trial / simd::kGroup;
+  const FieldFitData data{readings.magnetic.row(group, 0) + lane, readings.down.row(group, 0) + lane,
+                          readings.reference.row(group, 0) + lane, readings.stations, readings.reference_stride};
+  return model.joint ? solve_from<8>(model, data, start, step_tolerance)
+                     : solve_from<6>(model, data, start, step_tolerance);
+}
 
 std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFitModel& model,
                                           const NewtonOptions& options) {

@@ -216,4 +216,40 @@ RootEquations<T, N> fitted_field_equations(const FieldFitModel& model, const Fie
   return out;
 }
 
+template <class T, std::size_t N>
+struct FieldFitEquations {
+  const FieldFitModel& model;
+  const FieldFitData& data;
+  template <bool WithMatrix>
+  NormalEquations<T, N> operator()(const std::array<T, N>& x, const T& second_order) const {
+    return field_fit_equations<T, N, WithMatrix>(model, data, x, second_order);
+  }
+};
+
+template <class T, std::size_t N>
+struct FittedFieldEquations {
+  const FieldFitModel& model;
+  const FieldFitData& data;
+  template <bool WithMatrix>
+  RootEquations<T, N> operator()(const std::array<T, N>& x) const {
+    return fitted_field_equations<T, N, WithMatrix>(model, data, x);
+  }
+};
+
+/// The minimum; from there, if asked for, the root of the equations with the derivative at the fitted field. The
+/// minimum is then only a start, a few tenths of a standard deviation from the root, and need not be accurate.
+template <class T, std::size_t N>
+NewtonSolution<T, N> field_fit_solution(const FieldFitModel& model, const FieldFitData& data,
+                                        const std::array<T, N>& start, const NewtonOptions& options) {
+  constexpr double kNear = 1e-3;
+  if (!model.fitted_derivative) return newton_minimum<T, N>(FieldFitEquations<T, N>{model, data}, start, options);
+  NewtonOptions rough = options;
+  rough.step_tolerance = rough.step_tolerance < kNear ? kNear : rough.step_tolerance;
+  const NewtonSolution<T, N> near = newton_minimum<T, N>(FieldFitEquations<T, N>{model, data}, start, rough);
+  NewtonSolution<T, N> s = newton_root<T, N>(FittedFieldEquations<T, N>{model, data}, near.x, options);
+  s.iterations = s.iterations + near.iterations;
+  s.converged = s.converged * near.converged;
+  return s;
+}
+
 }  // namespace surveymc::estimate

@@ -9,41 +9,6 @@ namespace {
 using T = Lanes;
 
 template <std::size_t N>
-struct Equations {
-  const FieldFitModel& model;
-  const FieldFitData& data;
-  template <bool WithMatrix>
-  NormalEquations<T, N> operator()(const std::array<T, N>& x, const T& second_order) const {
-    return field_fit_equations<T, N, WithMatrix>(model, data, x, second_order);
-  }
-};
-
-template <std::size_t N>
-struct FittedEquations {
-  const FieldFitModel& model;
-  const FieldFitData& data;
-  template <bool WithMatrix>
-  RootEquations<T, N> operator()(const std::array<T, N>& x) const {
-    return fitted_field_equations<T, N, WithMatrix>(model, data, x);
-  }
-};
-
-/// The minimum; from there, if asked for, the root of the equations with the derivative at the fitted field. The
-/// minimum is then only a start, a few tenths of a standard deviation from the root, and need not be accurate.
-template <std::size_t N>
-NewtonSolution<T, N> solution(const FieldFitBatch& b, const FieldFitData& data, const std::array<T, N>& start) {
-  constexpr double kNear = 1e-3;
-  if (!b.model.fitted_derivative) return newton_minimum<T, N>(Equations<N>{b.model, data}, start, b.options);
-  NewtonOptions rough = b.options;
-  rough.step_tolerance = rough.step_tolerance < kNear ? kNear : rough.step_tolerance;
-  const NewtonSolution<T, N> near = newton_minimum<T, N>(Equations<N>{b.model, data}, start, rough);
-  NewtonSolution<T, N> s = newton_root<T, N>(FittedEquations<N>{b.model, data}, near.x, b.options);
-  s.iterations = s.iterations + near.iterations;
-  s.converged = s.converged * near.converged;
-  return s;
-}
-
-template <std::size_t N>
 void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   FieldFitData data = b.first;
   data.magnetic += group * b.magnetic_stride + lane;
@@ -51,7 +16,7 @@ void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   data.reference += group * b.reference_stride + lane;
   std::array<T, N> start;
   for (std::size_t i = 0; i < N; ++i) start[i] = T(i < 3 ? 1.0 : 0.0);
-  const NewtonSolution<T, N> s = solution<N>(b, data, start);
+  const NewtonSolution<T, N> s = field_fit_solution<T, N>(b.model, data, start, b.options);
 
   double* parameters = b.parameters + group * b.parameters_stride + lane;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -5,15 +5,13 @@
 
 #include <Eigen/Core>
 
+#include "orders/chain.h"
 #include "propagate/well_errors.h"
 
 namespace surveymc::propagate {
 
-/// Mean shift (m) and covariance (m2) of a point, N, E, V.
-struct PointMoments {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
+/// Mean shift and covariance of a point.
+using PointMoments = orders::Moments;
 
 /// Quadrature takes sources of at most so many draws: 41 nodes for one, 41^2 and 17^3 nodes for two and three.
 inline constexpr std::size_t kMostQuadratureDraws = 3;

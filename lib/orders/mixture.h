@@ -1,0 +1,38 @@
+#pragma once
+/// A mixture of normals in space: the distribution of a position's error where it is no normal one.
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "orders/chain.h"
+
+namespace surveymc::orders {
+
+struct MixturePart {
+  double weight = 0;                                     ///< all add up to 1
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();        ///< N, E, V, m
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m2
+};
+using Mixture = std::vector<MixturePart>;
+
+Moments moments_of(const Mixture& mixture);
+
+/// Of the component along a direction: mean and sd in m, skewness, kurtosis (3 of a normal one; NaN without spread).
+struct Shape {
+  double mean = 0, sd = 0, skewness = 0, kurtosis = 0;
+};
+Shape shape_along(const Mixture& mixture, const Eigen::Vector3d& direction);
+
+/// P(component <= x), and its inverse, p in (0, 1).
+double probability_below(const Mixture& mixture, const Eigen::Vector3d& direction, double x);
+double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double p);
+
+/// Probability density of the component, 1/m. Parts are no narrower than `width` (m).
+double density(const Mixture& mixture, const Eigen::Vector3d& direction, double x, double width);
+
+/// Probability of (x - centre)' C^-1 (x - centre) <= k^2 of the horizontal parts of x, centre and C, for every k: what
+/// the ellipse of k sigma holds. By quadrature, right to 1e-6; NaN where the ellipse has no area.
+std::vector<double> inside_ellipse(const Mixture& mixture, const Eigen::Vector3d& centre, const Eigen::Matrix3d& c,
+                                   const std::vector<double>& k);
+
+}  // namespace surveymc::orders
