@@ -8,7 +8,7 @@ import numpy as np
 
 from . import drawing, reading, saving, wording
 
-SPANS = ("errors.multiplier", "problem.name")  # keys of a sweep that has figures of its own here
+SPANS = ("errors.multiplier", "problem.name", "noise.scale", "factor", "alpha", "sampling.method")  # keys of a sweep that has figures of its own here
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
 MOST_CURVES = 12
