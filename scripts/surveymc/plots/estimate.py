@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from ..arguments import USAGE
-from . import drawing, geometry, reading, saving, wording
+from . import drawing, geometry, one_point, reading, saving, wording
 from .reading import PlotError
 from .wording import number
 
@@ -200,11 +200,8 @@ def plan_figure(title, t):
 
 
 def main():
-    parser = saving.argument_parser("Draw the figures of an estimate result.")
-    parser.add_argument("--point", type=int, metavar="I", help="sweep point, from 0")
-    arguments = parser.parse_args()
+    arguments = one_point.parse(saving.argument_parser("Draw the figures of an estimate result."))
     drawing.use_style()
-    stem = saving.stem_of(arguments.result)
     with reading.open_result(arguments.result, "estimate") as file:
         config = reading.configuration(file)
         title = wording.title_of(file)
@@ -214,17 +211,8 @@ def main():
     for name, table in tables.items():
         if table is None or (table.rows == 0 and name != "warnings"):
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
-    keys = reading.sweep_keys(config, tables["parameters"])
-    points = reading.sweep_points(tables["parameters"], keys)
-    index = reading.chosen_point(arguments, points)
-    if len(points) > 1 and index is None:
+    points = reading.sweep_points(tables["parameters"], reading.sweep_keys(config, tables["parameters"]))
+    if len(points) > 1:
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I", USAGE)
-    point = points[index or 0]
-    warnings = tables.pop("warnings")  # of all points: a sweep has no columns there
-    here = {n: reading.at_point(table, keys, point) for n, table in tables.items()} | {"warnings": warnings}
-    heading_text = title + (f": {wording.point_name(keys, point)}" if keys else "")
-    folder = saving.figures_folder(arguments.output, arguments.result)
-    prefix = "" if len(points) == 1 else f"point{index}_"
-    for name, draw in (("residuals", residuals_figure), ("parameters", parameters_figure), ("azimuth", azimuth_figure),
-                       ("plan", plan_figure)):
-        saving.save(draw(heading_text, here), folder, f"{stem}_{prefix}{name}")
+    saving.save_all({"residuals": residuals_figure(title, tables), "parameters": parameters_figure(title, tables),
+                     "azimuth": azimuth_figure(title, tables), "plan": plan_figure(title, tables)}, arguments)

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from . import drawing, geometry, ratios, reading, saving, wording
+from . import drawing, geometry, one_point, ratios, reading, saving, wording
 from .drawing import LOOK, PROPAGATIONS, PUBLISHED
 from .reading import PlotError, is_zero_to_first_order
 from .wording import SIGMA, counts_text, grouped, number, trials_text
@@ -250,45 +250,32 @@ def noise_scale_figure(title, table, keys, margin, confidence):
 
 
 def main():
-    parser = saving.argument_parser("Draw the figures of an msa_position result.")
-    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the first three figures, from 0")
-    arguments = parser.parse_args()
+    arguments = one_point.parse(saving.argument_parser("Draw the figures of an msa_position result."))
     drawing.use_style()
     with reading.open_result(arguments.result, "msa_position") as file:
         config = reading.configuration(file)
         title = wording.title_of(file)
-        tables = {n: reading.read_table(file, n) for n in ("parameters", "position", "ellipse", "position_covariance")}
-        samples = reading.read_table(file, "realisations", "samples")
-    position = tables["position"]
+        parameters, position, ellipses, covariances = (reading.read_table(file, n) for n in
+                                                       ("parameters", "position", "ellipse", "position_covariance"))
+        cloud = reading.read_table(file, "realisations", "samples")
     if position is None or position.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position' is missing or empty")
-    rule = config.get("verdict", {})
-    margin, confidence = float(rule.get("margin", 0)), position.confidence
-
     keys = reading.sweep_keys(config, position)
     points = reading.sweep_points(position, keys)
-    index = reading.chosen_point(arguments, points)
-    figures, notes = {}, []
-    if len(points) == 1 or index is not None:
-        point = points[index or 0]
-        prefix = "" if len(points) == 1 else f"point{index}_"
-        heading = title + (f": {wording.point_name(keys, point)}" if keys else "")
-        here = {n: reading.at_point(t, keys, point) for n, t in tables.items()}
-        cloud = reading.at_point(samples, keys, point)
-        covariances, ellipses = here["position_covariance"], here["ellipse"]
+    figures = {}
+    if len(points) == 1:
+        title += f": {wording.point_name(keys, points[0])}" if keys else ""
         if cloud is None or cloud.rows == 0:
-            notes.append("no position figure: the file has no realisations (save_samples in the config)")
+            print("no position figure: the file has no realisations (save_samples in the config)", file=sys.stderr)
         elif not (covariances and ellipses and {"monte_carlo", "joint"} <= set(read_ellipses(covariances, ellipses))):
-            notes.append("no position figure: the file has no error ellipses")
+            print("no position figure: the file has no error ellipses", file=sys.stderr)
         else:
-            figures[prefix + "position"] = position_figure(heading, cloud, covariances, ellipses)
-        if here["parameters"]:
-            figures[prefix + "parameters"] = parameters_figure(heading, here["parameters"])
-        figures[prefix + "ratio"] = ratio_figure(heading, here["position"], confidence)
+            figures["position"] = position_figure(title, cloud, covariances, ellipses)
+        if parameters:
+            figures["parameters"] = parameters_figure(title, parameters)
+        figures["ratio"] = ratio_figure(title, position, position.confidence)
     if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
-        figures["noise_scale"] = noise_scale_figure(title, position, keys, margin, confidence)
+        figures["noise_scale"] = noise_scale_figure(title, position, keys, float(config.get("verdict", {}).get("margin", 0)), position.confidence)
     if not figures:
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I")
-    for text in notes:
-        print(text, file=sys.stderr)
     saving.save_all(figures, arguments)

@@ -1,6 +1,9 @@
 """A result of one sweep point, cut out of that of a whole sweep: what draws single points sees no sweep."""
 
+import atexit
 import os
+import shutil
+import tempfile
 
 import h5py
 import numpy as np
@@ -129,6 +132,18 @@ def extract(path, number, folder):
                     for item in file[name].values():
                         file.copy(item, to[name])
     return made, words
+
+
+def parse(parser):
+    """The arguments of a drawer of single points: with --point, its result is that of the point, cut out until the program ends."""
+    parser.add_argument("--point", type=int, metavar="I", help="sweep point of figures that show one, from 0")
+    arguments = parser.parse_args()
+    if arguments.point is not None:
+        arguments.output = saving.figures_folder(arguments.output, arguments.result)
+        folder = tempfile.mkdtemp(prefix="surveymc-point-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        arguments.result, _ = extract(arguments.result, arguments.point, folder)
+    return arguments
 
 
 def of_sweep(path):

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from . import drawing, geometry, reading, saving, wording
+from . import drawing, geometry, one_point, reading, saving, wording
 from .reading import PlotError
 from .wording import number
 
@@ -325,34 +325,27 @@ def positive(text):
 
 def main():
     parser = saving.argument_parser("Draw the figures of a position_covariance result.")
-    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the first three figures, from 0")
     parser.add_argument("--sigma", type=positive, default=2.0, metavar="K", help="size of the ellipses (2)")
     parser.add_argument("--magnify", type=positive, metavar="F", help="enlarge the ellipses F times (what fits)")
-    arguments = parser.parse_args()
+    arguments = one_point.parse(parser)
     drawing.use_style()
     with reading.open_result(arguments.result, "position_covariance") as file:
         config = reading.configuration(file)
         title = wording.title_of(file)
-        tables = {n: reading.read_table(file, n)
-                  for n in ("covariance", "covariance_by_source", "ellipsoid", "error_terms")}
-    for name in ("covariance", "ellipsoid"):
-        if tables[name] is None or tables[name].rows == 0:
+        covariance, by_source, ellipsoid, terms = (reading.read_table(file, n) for n in
+                                                   ("covariance", "covariance_by_source", "ellipsoid", "error_terms"))
+    for name, table in (("covariance", covariance), ("ellipsoid", ellipsoid)):
+        if table is None or table.rows == 0:
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
-    keys = reading.sweep_keys(config, tables["covariance"])
-    points = reading.sweep_points(tables["covariance"], keys)
-    index = reading.chosen_point(arguments, points)
+    keys = reading.sweep_keys(config, covariance)
+    points = reading.sweep_points(covariance, keys)
     figures = {}
-    if len(points) == 1 or index is not None:
-        point = points[index or 0]
-        prefix = "" if len(points) == 1 else f"point{index}_"
-        name = title + (f": {wording.point_name(keys, point)}" if keys else "")
-        here = {n: t if t is None or t.rows == 0 else reading.at_point(t, keys, point) for n, t in tables.items()}
-        covariance, ellipsoid, terms = here["covariance"], here["ellipsoid"], here["error_terms"]
-        figures[prefix + "along"] = along_figure(name, covariance, ellipsoid, terms)
-        by_source = here["covariance_by_source"]
+    if len(points) == 1:
+        name = title + (f": {wording.point_name(keys, points[0])}" if keys else "")
+        figures["along"] = along_figure(name, covariance, ellipsoid, terms)
         if by_source is not None and len(set(by_source["md_m"])) > 1:  # output.by_source = "all", and a tool with errors
-            figures[prefix + "sources"] = sources_figure(name, covariance, by_source, terms)
-        figures[prefix + "views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
-    if 1 < len(points) <= MOST_NAMED:
-        figures["compare"] = compare_figure(title, tables["covariance"], keys, points)
+            figures["sources"] = sources_figure(name, covariance, by_source, terms)
+        figures["views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
+    elif len(points) <= MOST_NAMED:
+        figures["compare"] = compare_figure(title, covariance, keys, points)
     saving.save_all(figures, arguments)

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from . import drawing, geometry, ratios, reading, saving, wording
+from . import drawing, geometry, one_point, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
@@ -112,9 +112,7 @@ def ellipses_figure(title, point, samples, table):
 
 
 def main():
-    parser = saving.argument_parser("Draw the figures of a sensor_monte_carlo result.")
-    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the ellipses, from 0")
-    arguments = parser.parse_args()
+    arguments = one_point.parse(saving.argument_parser("Draw the figures of a sensor_monte_carlo result."))
     drawing.use_style()
     with reading.open_result(arguments.result, "sensor_monte_carlo") as file:
         config = reading.configuration(file)
@@ -126,14 +124,9 @@ def main():
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
     keys = reading.sweep_keys(config, axes)
     points = reading.sweep_points(axes, keys)
-    index = reading.chosen_point(arguments, points)
     figures = {"axes": axes_figure(title, axes, keys, float(config.get("verdict", {}).get("margin", 0)))}
-    if len(points) == 1 or index is not None:
-        point = points[index or 0]
-        prefix = "" if len(points) == 1 else f"point{index}_"
-        figures[prefix + "ellipses"] = ellipses_figure(title, wording.point_name(keys, point),
-                                                       reading.at_point(samples, keys, point),
-                                                       reading.at_point(ellipses, keys, point))
+    if len(points) == 1:
+        figures["ellipses"] = ellipses_figure(title, wording.point_name(keys, points[0]), samples, ellipses)
     else:
         print("no figure of the ellipses: choose a sweep point with --point I", file=sys.stderr)
     saving.save_all(figures, arguments)

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, geometry, ratios, reading, saving, wording
+from . import drawing, geometry, one_point, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
@@ -153,9 +153,7 @@ def sequences_figure(title, table, keys):
 
 
 def main():
-    parser = saving.argument_parser("Draw the figures of a vertical_well result.")
-    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the ellipses, from 0")
-    arguments = parser.parse_args()
+    arguments = one_point.parse(saving.argument_parser("Draw the figures of a vertical_well result."))
     drawing.use_style()
     with reading.open_result(arguments.result, "vertical_well") as file:
         config = reading.configuration(file)
@@ -167,14 +165,9 @@ def main():
         raise PlotError(f"{arguments.result}: table 'ellipse' is missing or empty")
     keys = reading.sweep_keys(config, ellipses)
     points = reading.sweep_points(ellipses, keys)
-    index = reading.chosen_point(arguments, points)
     figures = {}
-    if len(points) == 1 or index is not None:
-        point = points[index or 0]
-        prefix = "" if len(points) == 1 else f"point{index}_"
-        figures[prefix + "ellipses"] = ellipses_figure(title, wording.point_name(keys, point),
-                                                       reading.at_point(samples, keys, point),
-                                                       reading.at_point(ellipses, keys, point))
+    if len(points) == 1:
+        figures["ellipses"] = ellipses_figure(title, wording.point_name(keys, points[0]), samples, ellipses)
     elif samples is not None:
         print("no figure of the ellipses: choose a sweep point with --point I", file=sys.stderr)
     if "drilling.sequence" in keys and sequences:
