@@ -11,10 +11,11 @@ namespace {
 void say_lateral(compare::Answer& answer, const Rows& claims, const std::string& code) {
   const bool drawn = !claims.with("ratio").empty();
   const std::string ratio = drawn ? "ratio" : "predicted_ratio", verdict = drawn ? "claim" : "predicted_verdict";
-  const Rows lateral = claims.where("quantity", "lateral").where("scope", "magnetic");
+  const Rows all = claims.where("quantity", "lateral").where("scope", "magnetic"),
+             lateral = all.without(verdict, "undetermined");
   const Rows best = lateral.at_least(ratio), worst = lateral.at_largest(ratio);
   if (best.empty()) {
-    if (!lateral.empty()) answer.say("No correction is determined by the stations of this well.");
+    if (!all.empty()) answer.say("No correction is determined by the stations of this well.");
     return;
   }
   const auto holds = [&](const Rows& row) {
@@ -26,6 +27,10 @@ void say_lateral(compare::Answer& answer, const Rows& claims, const std::string&
         "{} {} on this well with correction {}: the lateral sd is {} of what is claimed, {} before the correction.",
         {code, holds(best), best.word("correction"), best.figure(ratio),
          best.figure(drawn ? "ratio_before" : "predicted_ratio_before")});
+    const Rows azimuth = claims.where("quantity", "azimuth").where("scope", "magnetic");
+    if (!azimuth.empty())
+      answer.say("The azimuth is beyond what is claimed at {} of {} stations.",
+                 {azimuth.where(verdict, "broken").count(), azimuth.count()});
     return;
   }
   answer.say("{} {} at best, with correction {}{}: the lateral sd is {} of what is claimed.",

@@ -25,14 +25,16 @@ namespace {
 constexpr int kBatch = 64;         // trials: their readings stay in the cache
 constexpr std::size_t kTails = 2;  // beyond two and three claimed sd
 constexpr std::array<double, kTails> kBeyond{2, 3};
-constexpr double kMostLost = 0.01;  // share of the trials without a solution
+constexpr double kMostLost = 0.01;     // share of the trials without a solution
+constexpr double kPlausible = 4;       // sd of the axial errors: more is no other explanation of a reading
+constexpr double kSameMinimum = 1e-3;  // nT^2: two minima whose costs differ by less are one
 
 }  // namespace
 
 /// Of a batch of trials: positions before and after (m), lateral parts of the directions before and after (rad).
 struct CorrectedCodesPoint::Errors {
   Eigen::MatrixXd position, before, after;
-  std::vector<bool> converged;
+  std::vector<bool> converged, ambiguous;
 };
 
 std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeComparison* c) {
@@ -104,9 +106,24 @@ CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scena
                                near ? expected : std::vector<survey::Vec3<double>>());
 }
 
-void CorrectedCodesPoint::correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged) const {
+namespace {
+
+/// The axial reading with which the horizontal field of a station is as strong as with its own: near the other minimum
+/// of the axial correction. |u x b|^2 is a parabola in the axial field.
+double mirrored(const survey::ReadingBlock& one, int group, int lane) {
+  const auto at = [&](const survey::LaneArray& rows, int axis) { return rows.row(group, axis)[lane]; };
+  const double ux = at(one.down, 0), uy = at(one.down, 1), across = ux * ux + uy * uy;
+  const double middle = at(one.down, 2) * (ux * at(one.magnetic, 0) + uy * at(one.magnetic, 1)) / across;
+  return across > 0 ? 2 * middle - at(one.magnetic, 2) : at(one.magnetic, 2);
+}
+
+}  // namespace
+
+void CorrectedCodesPoint::correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
+                                           survey::LaneArray& ambiguous) const {
   survey::ReadingBlock one(readings.trials, 1, true, false);
-  estimate::EstimateBlock estimates(readings.trials);
+  estimate::EstimateBlock estimates(readings.trials), other(readings.trials);
+  const double most = kPlausible * s_.which.draws.axial_bias();
   for (int g = 0; g < readings.groups(); ++g) {
     for (int r = 0; r < 2; ++r) std::copy_n(readings.reference.row(g, r), simd::kGroup, one.reference.row(g, r));
     std::fill_n(converged.row(g, 0), simd::kGroup, 1.0);
@@ -119,7 +136,16 @@ void CorrectedCodesPoint::correct_stations(survey::ReadingBlock& readings, surve
       }
     estimator_->solve(one, estimates);
     for (int g = 0; g < readings.groups(); ++g)
+      for (int lane = 0; lane < simd::kGroup; ++lane) one.magnetic.row(g, 2)[lane] = mirrored(one, g, lane);
+    estimator_->solve(one, other);
+    for (int g = 0; g < readings.groups(); ++g)
       for (int lane = 0; lane < simd::kGroup; ++lane) {
+        // The axial field of the other minimum, and the error of the reading that it would mean.
+        const double axial = one.magnetic.row(g, 2)[lane] - other.parameters.row(g, 5)[lane],
+                     error = readings.magnetic.row(g, 3 * k + 2)[lane] - axial;
+        if (other.converged.row(g, 0)[lane] != 0 && std::abs(error) < most &&
+            other.cost.row(g, 0)[lane] < estimates.cost.row(g, 0)[lane] - kSameMinimum)
+          ambiguous.row(g, 0)[lane] = 1;
         readings.magnetic.row(g, 3 * k + 2)[lane] -= estimates.parameters.row(g, 5)[lane];
         if (estimates.converged.row(g, 0)[lane] == 0) converged.row(g, 0)[lane] = 0;
       }
@@ -133,6 +159,7 @@ CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, i
   survey::LaneArray positions[2] = {{groups, 3}, {groups, 3}}, lateral[2] = {{groups, stations}, {groups, stations}};
   survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[0], lateral[0]);
   estimate::EstimateBlock estimates(count);
+  survey::LaneArray ambiguous(groups, 1);
   switch (s_.which.correction.kind) {
     case analysis::Correction::Kind::none:
       for (int g = 0; g < groups; ++g) std::fill_n(estimates.converged.row(g, 0), simd::kGroup, 1.0);
@@ -143,13 +170,14 @@ CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, i
       survey::corrected_tied_positions(readings, estimates.parameters, tied_, positions[1], lateral[1]);
       break;
     case analysis::Correction::Kind::station:
-      correct_stations(readings, estimates.converged);
+      correct_stations(readings, estimates.converged, ambiguous);
       survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[1], lateral[1]);
       break;
   }
   Errors out{Eigen::MatrixXd(count, 2 * static_cast<int>(kPositionCount)),
              Eigen::MatrixXd(count, stations),
              Eigen::MatrixXd(count, stations),
+             {},
              {}};
   for (int t = 0; t < count; ++t) {
     bool sound = estimates.converged.value(t, 0) != 0;
@@ -163,6 +191,7 @@ CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, i
       sound = sound && error.allFinite();
     }
     out.converged.push_back(sound);
+    out.ambiguous.push_back(ambiguous.value(t, 0) != 0);
   }
   return out;
 }
@@ -173,12 +202,14 @@ stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const 
       after(block.count, stations);
   stats::Tally tally;
   Eigen::Index kept = 0;
+  std::uint64_t ambiguous = 0;
   for (int from = 0; from < block.count; from += kBatch) {
     const int count = std::min(kBatch, block.count - from);
     const std::uint64_t first = block.first + static_cast<std::uint64_t>(from);
     const Errors e = simulate(first, count);
     for (int t = 0; t < count; ++t) {
       ++tally.trials;
+      ambiguous += e.ambiguous[static_cast<std::size_t>(t)];
       if (!e.converged[static_cast<std::size_t>(t)]) {
         tally.add_failed(first + static_cast<std::uint64_t>(t));
         continue;
@@ -201,14 +232,17 @@ stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const 
     tally.groups.push_back(stats::Moments::of(both));
     outside(after.col(k), claimed_azimuth_[static_cast<std::size_t>(k)]);
   }
+  tally.counts.push_back(ambiguous);
   return tally;
 }
 
 std::vector<Claim> CorrectedCodesPoint::claims_of(const stats::Tally& tally) const {
   std::vector<Claim> claims;
   const double confidence = s_.verdict.confidence;
+  // What first order does not determine is no correction, whatever the trials' descent ends at.
   const bool lost =
-      tally.trials > 0 && static_cast<double>(tally.failed) > kMostLost * static_cast<double>(tally.trials);
+      tally.trials > 0 && (!comparison_->after.determined ||
+                           static_cast<double>(tally.failed) > kMostLost * static_cast<double>(tally.trials));
   // Of a component of moments with the variance of what was not drawn.
   const auto fill = [&](Claim& c, const stats::Moments& m, Eigen::Index before, Eigen::Index after, double carried,
                         std::size_t counts) {

@@ -54,7 +54,9 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   struct Errors;  // of a batch
   Errors simulate(std::uint64_t first, int count) const;
   /// Corrects readings station by station: what is left of each is an uncorrected reading.
-  void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged) const;
+  /// `ambiguous`: 1 where some station's minimum is not the lowest.
+  void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
+                        survey::LaneArray& ambiguous) const;
   std::vector<Claim> claims_of(const stats::Tally& tally) const;
 
   Scenario s_;

@@ -147,6 +147,10 @@ store::Table validity_table(const Scenario& s, const analysis::CodeComparison* c
   t.count("determined", "1 where the correction is determined to first order", c && c->after.determined ? 1 : 0);
   t.count("trials", "realisations", tally.trials);
   t.count("failed", "of them without a solution: above 1 % undetermined", tally.failed);
+  t.count("ambiguous",
+          "of them, under axial correction, with a station whose other minimum is lower, at an axial error of at most "
+          "four sd",
+          tally.counts.empty() ? std::uint64_t{0} : tally.counts.back());
   return t.take();
 }
 

@@ -28,7 +28,8 @@ ClaimedErrors errors_of(const std::shared_ptr<const error_model::Model>& model, 
   out.azimuth.assign(n, 0);
   for (std::size_t k = 1; k < n; ++k) {
     const survey::Station& s = survey.stations[k];
-    const double half_leg = (s.md - survey.stations[k - 1].md) / 2;
+    // Where the first leg is doubled, so is e*_1.
+    const double half_leg = (s.md - survey.stations[k - 1].md) / (k == 1 && model->first_leg_doubled ? 1 : 2);
     const Eigen::RowVector3d right(-std::sin(s.azimuth), std::cos(s.azimuth), 0);
     for (std::size_t source = 0; source < effects.sources.size(); ++source) {
       const double lateral = right.dot(effects.star[source * n + k]) / half_leg;

@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""corrected_codes: the class by first order is that by trials, and what cannot be drawn is refused: test_corrected_codes.py SURVEYMC SOURCE [TEST ...]"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+
+EXECUTABLE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+CONFIGS = SOURCE / "configs/corrected_codes"
+
+
+def run(config, *options):
+    """Exit code, what it says, and the result (None without one)."""
+    with tempfile.TemporaryDirectory() as folder:
+        result = pathlib.Path(folder) / "result.h5"
+        done = subprocess.run([EXECUTABLE, "run", config, "-o", result, *options], capture_output=True, text=True)
+        tables = {}
+        if result.exists():
+            with h5py.File(result) as file:
+                for name, table in file["tables"].items():
+                    tables[name] = {c: [x.decode() if isinstance(x, bytes) else x for x in table[c][()]]
+                                    for c in table if c != "row"}
+        return done.returncode, done.stdout + done.stderr, tables
+
+
+def classes(claims, quantity):
+    """(by first order, by trials) of the last station of every cell, scope magnetic, where both are decided."""
+    last = {}
+    for i, found in enumerate(claims["quantity"]):
+        if found == quantity:
+            last[tuple(claims[key][i] for key in claims if "." in key)] = i
+    pairs = [(claims["predicted_class"][i], claims["class"][i]) for i in last.values()]
+    return [p for p in pairs if "undetermined" not in p and "undecided" not in p], len(pairs)
+
+
+class CorrectedCodes(unittest.TestCase):
+    def check_classes(self, *options, at_least):
+        code, said, tables = run(CONFIGS / "random_cells.toml", *options)
+        self.assertEqual(code, 0, said)
+        for quantity in ("lateral", "azimuth"):
+            decided, cells = classes(tables["claims"], quantity)
+            right = sum(a == b for a, b in decided)
+            self.assertGreater(len(decided), at_least, quantity)
+            self.assertGreaterEqual(right, 0.95 * len(decided), f"{quantity}: {right} of {len(decided)}, {cells} cells")
+
+    def test_classes_of_random_cells(self):
+        self.check_classes("--set", 'sweep.design = { kind = "latin_hypercube", points = 60, seed = 11 }', "--set",
+                           'compare.quantities = ["lateral", "azimuth"]', at_least=25)
+
+    def test_refused(self):
+        for key, value, message in (("code.base", "MWD+IFR1+AX", "ABIXY-TI1S"), ("code.base", "GYRO-NS", "GYRO-NS"),
+                                    ("code.claimed", "GYRO-NS", "no term of a magnetic tool code"),
+                                    ("code.base", "MWD+IFR3", "no such tool code"),
+                                    ("correction.kind", "msa4", "msa3")):
+            with self.subTest(value=value):
+                code, said, _ = run(SOURCE / "configs/new/corrected_codes.toml", "--set", f'{key} = "{value}"')
+                self.assertEqual(code, 65, said)
+                self.assertIn(message, said)
+
+    def test_first_order_needs_no_trials(self):
+        config = SOURCE / "configs/new/corrected_codes.toml"
+        (_, _, drawn), (_, _, alone) = run(config, "--trials", "64"), run(config, "--set", "trials = 0")
+        for name in ("predicted_ratio", "predicted_ratio_before", "predicted_verdict", "predicted_class"):
+            self.assertEqual(drawn["claims"][name], alone["claims"][name])
+        self.assertEqual(set(alone["claims"]["claim"]), {""})
+
+
+class Nightly(unittest.TestCase):
+    check_classes = CorrectedCodes.check_classes
+
+    def test_classes_of_250_cells(self):
+        self.check_classes(at_least=150)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *(sys.argv[3:] or ["CorrectedCodes"])], verbosity=2)
