@@ -265,15 +265,16 @@ def main():
     figures = {}
     if len(points) == 1:
         title += f": {wording.point_name(keys, points[0])}" if keys else ""
+        figures["ratio"] = ratio_figure(title, position, position.confidence)
+        if parameters:
+            figures["parameters"] = parameters_figure(title, parameters)
         if cloud is None or cloud.rows == 0:
             print("no position figure: the file has no realisations (save_samples in the config)", file=sys.stderr)
         elif not (covariances and ellipses and {"monte_carlo", "joint"} <= set(read_ellipses(covariances, ellipses))):
             print("no position figure: the file has no error ellipses", file=sys.stderr)
         else:
             figures["position"] = position_figure(title, cloud, covariances, ellipses)
-        if parameters:
-            figures["parameters"] = parameters_figure(title, parameters)
-        figures["ratio"] = ratio_figure(title, position, position.confidence)
+        figures = {n: figures[n] for n in ("position", "parameters", "ratio") if n in figures}  # the order in which they are read
     if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
         figures["noise_scale"] = noise_scale_figure(title, position, keys, float(config.get("verdict", {}).get("margin", 0)), position.confidence)
     if not figures:

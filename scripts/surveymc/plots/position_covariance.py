@@ -340,7 +340,9 @@ def main():
     keys = reading.sweep_keys(config, covariance)
     points = reading.sweep_points(covariance, keys)
     figures = {}
-    if len(points) == 1:
+    if len(points) == 1 and covariance.rows == 1:
+        raise PlotError(f"{arguments.result}: no figures along the well: it has the last station alone (output.stations)")
+    elif len(points) == 1:
         name = title + (f": {wording.point_name(keys, points[0])}" if keys else "")
         figures["along"] = along_figure(name, covariance, ellipsoid, terms)
         if by_source is not None and len(set(by_source["md_m"])) > 1:  # output.by_source = "all", and a tool with errors

@@ -150,7 +150,7 @@ def draw_bars(file, md, order):
             if rule in ("inclination range", "east-west exclusion", "not finite") and first <= at_depth <= last:
                 outside.add(model)
     rows = {model: [i for i, (m, d) in enumerate(zip(table[key], depths)) if m == model and d == at_depth] for model in models}
-    if any(len(of_model) != 1 for of_model in rows.values()):
+    if len(models) < 2 or any(len(of_model) != 1 for of_model in rows.values()):
         return None
     values = {m: {d: float(table[f"sd_{d}_m"][row]) for d, *_ in DIRECTIONS} for m, (row,) in rows.items()}
     lateral = {m: np.nan_to_num(values[m]["lateral"], nan=np.inf) for m in models}
