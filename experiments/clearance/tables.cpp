@@ -224,26 +224,6 @@ store::Table Tables::parameters_table() const {
   return t.take();
 }
 
-store::Table Tables::paths_table() const {
-  compare::TableRows t("paths", "stations of all wells in one frame");
-  const auto rows = [&](const Well& w) {
-    const proximity::WellPath path = proximity::well_path(w.survey, w.slot);
-    for (std::size_t k = 0; k < path.stations(); ++k) {
-      const Eigen::Vector3d p = path.at_station(k).position;
-      t.word("well", "name of the well", w.name);
-      t.number("md_m", "m", "measured depth", path.md(k));
-      t.number("inclination_deg", "deg", "of the hole", w.survey.stations[k].inclination / kDegree);
-      t.number("azimuth_deg", "deg", "of the hole, true north", compare::turn_in_degrees(w.survey.stations[k].azimuth));
-      t.number("north_m", "m", "position, true north", p.x());
-      t.number("east_m", "m", "position", p.y());
-      t.number("tvd_m", "m", "position, down", p.z());
-    }
-  };
-  rows(s_.reference);
-  for (const Well& w : s_.offsets) rows(w);
-  return t.take();
-}
-
 std::vector<store::Table> Tables::take(const Reference& reference) {
   std::vector<store::Table> out;
   add_warnings(reference.well(), reference.non_finite());
@@ -251,7 +231,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
   if (s_.with_rows) out.push_back(clearance_.take());
   out.push_back(covariance_.take([&] { write_covariance("", "", "", {}, "", Matrix3d::Zero()); }));
   out.push_back(parameters_table());
-  if (s_.with_rows) out.push_back(paths_table());
+  if (s_.with_rows) out.push_back(scenario::paths_table(s_));
   compare::TableRows published("published", "published figures; agrees: within the tolerance");
   const Published none{};
   compare::write_rows(published, published_, [&](const PublishedRow& r) {

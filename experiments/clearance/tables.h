@@ -38,7 +38,6 @@ class Tables {
   void write_covariance(const std::string& offset, const std::string& formulation, const std::string& where,
                         const proximity::PairPoints& points, const std::string& of, const Eigen::Matrix3d& covariance);
   store::Table parameters_table() const;
-  store::Table paths_table() const;
 
   const Scenario& s_;
   compare::TableRows clearance_, least_, covariance_;

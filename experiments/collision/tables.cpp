@@ -203,6 +203,22 @@ store::Table closest_table(const std::vector<JudgedEvent>& events) {
   return t.take();
 }
 
+/// As of clearance, at the closest pair: what the 3-D view draws.
+store::Table relative_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("relative_covariance",
+              "covariance of the relative position at the closest pair, with the places of the slots");
+  for (const JudgedEvent& e : events) {
+    const proximity::PairPoints& p = e.event->predictions().closest;
+    put_event(t, *e.event);
+    t.word("where", "closest pair", "closest pair");
+    t.number("ref_md_m", "m", "measured depth on the reference", p.reference.md);
+    t.number("offset_md_m", "m", "measured depth on the offset", p.offset.md);
+    t.word("of", "relative: of the offset from the reference", "relative");
+    t.covariance("nev", "covariance, north, east, vertical (down), true north", e.event->predictions().covariance);
+  }
+  return t.take();
+}
+
 constexpr std::size_t kHalfSpace = 0, kHalfSpaceLeastSf = 1, kDisc = 3, kPoint = 4;
 
 /// p-value of two probabilities being the same, against the first being larger; on the logarithm.
@@ -328,7 +344,8 @@ store::Table warnings_of_wells(const Scenario& s) {
 std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
   return {probability_table(s, events), sampling_table(s, events), design_table(events),
           importance_table(events),     contact_table(s, events),  contact_quantile_table(events),
-          claims_table(s, events),      closest_table(events),     warnings_of_wells(s)};
+          claims_table(s, events),      closest_table(events),     relative_table(events),
+          scenario::paths_table(s),     warnings_of_wells(s)};
 }
 
 store::Table hits_table(const stats::Tally& tally) {

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "config/meanings.h"
 #include "config/suggest.h"
 #include "scenario/input_remarks.h"
@@ -486,6 +487,26 @@ std::vector<compare::Warning> warnings_of(const SurveyedWell& w,
   add_spacing_warning(out, w.survey, w.tvd, w.tools, w.field, w.latitude, w.name,
                       w.name == "reference" ? kInterpolate : "interpolate_m of its [[offset]]");
   return out;
+}
+
+store::Table paths_table(const WellPairs& wells) {
+  compare::TableRows t("paths", "stations of all wells in one frame");
+  const auto rows = [&](const SurveyedWell& w) {
+    const proximity::WellPath path = proximity::well_path(w.survey, w.slot);
+    for (std::size_t k = 0; k < path.stations(); ++k) {
+      const Eigen::Vector3d p = path.at_station(k).position;
+      t.word("well", "name of the well", w.name);
+      t.number("md_m", "m", "measured depth", path.md(k));
+      t.number("inclination_deg", "deg", "of the hole", w.survey.stations[k].inclination / kDegree);
+      t.number("azimuth_deg", "deg", "of the hole, true north", compare::turn_in_degrees(w.survey.stations[k].azimuth));
+      t.number("north_m", "m", "position, true north", p.x());
+      t.number("east_m", "m", "position", p.y());
+      t.number("tvd_m", "m", "position, down", p.z());
+    }
+  };
+  rows(wells.reference);
+  for (const SurveyedWell& w : wells.offsets) rows(w);
+  return t.take();
 }
 
 PairReference pair_reference(const SurveyedWell& well, Interpolation interpolation) {

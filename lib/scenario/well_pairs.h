@@ -11,6 +11,7 @@
 #include "proximity/pair_scan.h"
 #include "scenario/error_models.h"
 #include "scenario/validity_tables.h"
+#include "store/table.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
@@ -66,6 +67,9 @@ propagate::WellErrors drawn_errors(const SurveyedWell& well, const ToolRuns& too
 /// Warnings of where the models of a well's tools do not hold. `non_finite`: terms of its covariance.
 std::vector<compare::Warning> warnings_of(const SurveyedWell& well,
                                           const std::vector<propagate::NonFiniteTerm>& non_finite = {});
+
+/// Table `paths`: every station of every well in one frame, north (true), east, down.
+store::Table paths_table(const WellPairs& wells);
 
 /// The reference well with what every pair needs of it; made by pair_reference().
 class PairReference {

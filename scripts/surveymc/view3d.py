@@ -90,28 +90,25 @@ def _two_readings(at):
 
 
 def _many_wells(at):
-    """clearance, and collision: all paths; ellipsoids at their stations, or of each pair where they come closest to the rule."""
+    """clearance, and collision: all paths; ellipsoids of each pair where they come closest to the rule and at the depths of
+    report_md_m; of collision, of the relative position, at the offset."""
     paths = at["paths"]
     names = list(dict.fromkeys(paths["well"]))
     wells = [_well(n, paths[paths["well"] == n]) for n in names]
-    if set(ELEMENTS) <= set(paths.columns):
-        most = max(4, MOST_ELLIPSOIDS // len(names))
-        found = []
-        for k, name in enumerate(names):
-            own = _along(paths[paths["well"] == name], well=k)
-            found += [own[i] for i in _evenly(len(own), most)]
-        return wells, found
     pairs, found = at.get("relative_covariance"), []
     if pairs is None or not len(pairs):
         return wells, found
-    first = pairs.groupby("offset", sort=False)["formulation"].transform("first")
-    for _, row in pairs[(pairs["formulation"] == first) & pairs["of"].isin(("reference", "offset"))].iterrows():
+    shares = "formulation" if "formulation" in pairs else "correlation"
+    first = pairs.groupby("offset", sort=False)[shares].transform("first")
+    wanted = ("reference", "offset") if "offset" in set(pairs["of"]) else ("relative",)
+    for _, row in pairs[(pairs[shares] == first) & pairs["of"].isin(wanted)].iterrows():
         name = "reference" if row["of"] == "reference" else row["offset"]
         if name not in names:
             continue
         own, md = wells[names.index(name)], row["ref_md_m" if name == "reference" else "offset_md_m"]
         centre = [float(np.interp(md, own["md"], own[k])) for k in ("north", "east", "down")]
-        label = f"{md:.0f} m" + (f" ({row['where']})" if name != "reference" else f" ({row['where']} of {row['offset']})")
+        what = ", relative to the reference" if row["of"] == "relative" else f" of {row['offset']}" if name == "reference" else ""
+        label = f"{md:.0f} m ({row['where']}{what})"
         ellipsoid = _ellipsoid(names.index(name), md, centre, _matrix(row), label)
         found += [ellipsoid] if ellipsoid else []
     return wells, found

@@ -12,6 +12,7 @@ import tempfile
 import time
 import types
 import unittest
+import unittest.mock
 import urllib.parse
 import xml.etree.ElementTree
 from pathlib import Path
@@ -138,7 +139,7 @@ class Structure(unittest.TestCase):
         self.assertGreater(len(drawn), 8)
         pictures = [i for name, parsed in self.pages.items() if name not in ("index.html", "paper.html") for i in parsed.named("img")]
         self.assertEqual(len(pictures), len(drawn))
-        self.assertEqual(len(self.pages["paper.html"].named("img")), len(drawn))
+        self.assertEqual(len(self.pages["paper.html"].named("img")), len(RESULTS))  # the first of each result
         for picture in pictures:
             self.assertTrue(picture["alt"])
             self.assertEqual(picture["src"][:5], "data:")
@@ -312,6 +313,85 @@ class Numbers(unittest.TestCase):
         np.testing.assert_allclose(values, exact, rtol=2.0**-11, atol=data["maps"][0]["scale"] * 2.0**-24)
 
 
+class InSpace(unittest.TestCase):
+    def ellipsoids(self, name):
+        return surveymc.Result(os.path.join(SMOKE, f"{name}.h5")), view3d.wells(surveymc.Result(os.path.join(SMOKE, f"{name}.h5")))
+
+    def test_semi_axes_give_the_covariance_back(self):
+        random = np.random.default_rng(7)
+        for rank in (1, 2, 3):
+            roots = random.normal(size=(3, rank)) * 10.0 ** random.uniform(-3, 3, rank)
+            covariance = roots @ roots.T
+            axes = np.array(view3d.semi_axes(covariance))
+            np.testing.assert_allclose(axes.T @ axes, covariance, atol=1e-12 * np.trace(covariance))  # sum of a a' over the axes
+            self.assertTrue(np.all(np.diff(np.linalg.norm(axes, axis=1)) <= 1e-9 * np.sqrt(np.trace(covariance))))
+
+    def test_ellipsoids_are_those_that_the_program_wrote(self):
+        """Lengths and directions of the table `ellipsoid`, which is not what they are computed from."""
+        result, found = self.ellipsoids("position_covariance")
+        table, compared = result.table("ellipsoid"), 0
+        for scene in found["scenes"][:1]:
+            self.assertEqual([w["name"] for w in scene["wells"]], ["well"])
+            keys = table.attrs["sweep_keys"]
+            rows = table[(table[keys] == table[keys].iloc[0]).all(axis=1)] if keys else table
+            for e in scene["ellipsoids"]:
+                row = rows.iloc[(rows["md_m"] - e["md"]).abs().argmin()]
+                np.testing.assert_allclose(e["centre"], row[["north_m", "east_m", "tvd_m"]].astype(float), atol=1e-3)
+                for k, axis in enumerate(np.array(e["axes"]), 1):
+                    self.assertAlmostEqual(np.linalg.norm(axis) / row["axis1_m"], row[f"axis{k}_m"] / row["axis1_m"], delta=2e-5)  # five digits
+                    a, i = np.radians(row[f"axis{k}_azimuth_deg"]), np.radians(row[f"axis{k}_inclination_deg"])
+                    apart = row["axis1_m"] > 1.01 * row["axis2_m"] > 1.0201 * row["axis3_m"]  # equal axes have no directions of their own
+                    if apart and row[f"axis{k}_m"] > 1e-3 * row["axis1_m"]:
+                        direction = [np.sin(i) * np.cos(a), np.sin(i) * np.sin(a), np.cos(i)]
+                        self.assertAlmostEqual(abs(axis @ direction) / np.linalg.norm(axis), 1, delta=1e-3)
+                        compared += 1
+        self.assertGreater(compared, 3)
+
+    def test_every_kind_of_well_has_its_place(self):
+        for name, wells in (("estimate", {"corrected", "as read"}), ("clearance", {"reference", "winding", "sidetrack"}),
+                            ("collision", {"reference", "winding", "sidetrack"})):
+            result, found = self.ellipsoids(name)
+            scene = found["scenes"][0]
+            self.assertEqual({w["name"] for w in scene["wells"]}, wells, name)
+            self.assertGreater(len(scene["ellipsoids"]), 0, name)
+            for e in scene["ellipsoids"]:  # on the well that it is of
+                own = scene["wells"][e["well"]]
+                path = np.array([np.interp(e["md"], own["md"], own[k]) for k in ("north", "east", "down")])
+                np.testing.assert_allclose(e["centre"], path, atol=1e-3, err_msg=name)
+        self.assertIsNone(view3d.wells(surveymc.Result(os.path.join(SMOKE, "vertical_well.h5"))))
+        self.assertIsNone(view3d.cylinder(surveymc.Result(os.path.join(SMOKE, "collision.h5"))))
+
+    def test_the_cylinder_is_that_of_the_table(self):
+        result = surveymc.Result(os.path.join(SMOKE, "clearance.h5"))
+        table = result.table("clearance")
+        for offset in view3d.cylinder(result)["scenes"][0]["offsets"]:
+            for md, limit, distance, factor in zip(offset["md"], offset["limit"], offset["distance"], offset["factor"]):
+                row = table[(table["offset"] == offset["name"]) & (table["direction"] == "reference") & (table["minimum"] == 1)
+                            & ((table["ref_md_m"] - md).abs() < 1e-2)].iloc[0]
+                self.assertAlmostEqual(distance, row["distance_m"], delta=1e-4 * max(1, distance))
+                if factor and distance > 0:  # the factor says on which side of its limit the offset is
+                    self.assertEqual(factor < 1, distance < limit, (offset["name"], md))
+
+
+class Templates(unittest.TestCase):
+    def test_the_users_own_come_first_and_may_extend(self):
+        with tempfile.TemporaryDirectory() as folder:
+            own = Path(folder, "mine")
+            own.mkdir()
+            (own / "study.html").write_text('{% extends "surveymc/study.html" %}{% block footer %}<p>Example &amp; Sons {{ study.name }}</p>{% endblock %}')
+            arguments = (os.path.join(SMOKE, "vertical_well.h5"), "-o", os.path.join(folder, "r"), "--no-figures", "--templates", str(own))
+            self.assertEqual(make(*arguments).returncode, 0)
+            source = read(os.path.join(folder, "r"))["index.html"]
+            self.assertIn("Example &amp; Sons Cross-axis", source)
+            self.assertEqual(Page(source).faults, [])
+            for wrong, words in (("{% block %}", "study.html:1: "), ("{{ nothing.here }}", "template study.html: 'nothing' is undefined")):
+                (own / "study.html").write_text(wrong)
+                run = make(*arguments)
+                self.assertEqual(run.returncode, 65)
+                self.assertIn(words, run.stderr)
+                self.assertNotIn("Traceback", run.stderr)
+
+
 class AnyResult(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -338,6 +418,42 @@ class AnyResult(unittest.TestCase):
         there = [f for f in os.listdir(SMOKE) if f.endswith(".h5")]  # other tests may be adding to them
         source, _ = self.report(SMOKE)
         self.assertGreaterEqual(source.count("<article"), len(there))
+
+    def test_a_result_of_the_users_own_has_a_page_of_its_own(self):
+        def mine(file):
+            file.attrs["command"] = "surveymc run my_well.toml"
+            file.attrs["title"] = "My well & more"
+
+        paths = [self.changed(name, mine) for name in ("one", "two")]
+        front, _ = self.report(*paths, os.path.join(SMOKE, "vertical_well.h5"))
+        found = read(self.output)
+        self.assertEqual(set(found), {"index.html", "one.html", "two.html", "vertical_well.html", "paper.html"})
+        self.assertLess(found["index.html"].index('id="own"'), found["index.html"].index('id="studies"'))
+        self.assertIn("<h1>My well &amp; more</h1>", found["one.html"])
+        result = surveymc.open(paths[0])
+        part = html.unescape(found["one.html"])
+        places = [part.index(words) for words in (result.answer[0], "<table", result.content_hash)]
+        self.assertEqual(places, sorted(places))  # answer, tables, provenance
+        source, _ = self.report(paths[0])
+        self.assertEqual(set(read(self.output)), {"index.html"})
+        self.assertIn("<h1>My well &amp; more</h1>", source)
+
+    def test_a_study_that_is_too_large_for_a_page_has_several(self):
+        paths = []
+        for k in range(4):
+            paths.append(os.path.join(self.folder, f"copy{k}.h5"))
+            shutil.copy(os.path.join(SMOKE, "reliability_map.h5"), paths[-1])
+        with unittest.mock.patch.object(pages, "LARGEST_PAGE", 220_000), unittest.mock.patch.object(pages.view3d, "is_installed", lambda: False):
+            report = pages.Report([surveymc.Result(p) for p in paths], self.folder, None, 1, "", lambda done, of: None)
+            found = dict(report.files())
+        self.assertGreater(len(report.pages), 1)
+        self.assertEqual([p.name for p in report.pages][:2], ["reliability_map", "reliability_map-2"])
+        ids = [i for p in report.pages for i in re.findall(r'<article class="result" id="([^"]*)"', found[f"{p.name}.html"])]
+        self.assertEqual(ids, [f"result-copy{k}" for k in range(4)])
+        for p in report.pages:
+            self.assertIn(f"Part {p.of[0]} of {len(report.pages)}", found[f"{p.name}.html"])
+            for link in re.findall(r'href="([a-z0-9_-]+\.html)', found[f"{p.name}.html"]):
+                self.assertIn(link, found)
 
     def test_an_unknown_experiment_is_shown_too(self):
         def unknown(file):

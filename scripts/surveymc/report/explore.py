@@ -134,6 +134,8 @@ def _packed(array, order):
     scaled = values / scale
     finite = np.isfinite(scaled)
     scaled[finite] = np.clip(scaled[finite], -65000, 65000)
-    return {"name": array.name, "unit": array.attrs.get("units", ""), "text": array.attrs.get("long_name", ""),
+    words = array.attrs.get("long_name", "")
+    unit = "as the observation" if "as the observation" in words else array.attrs.get("units", "")  # it differs along an axis
+    return {"name": array.name, "unit": unit, "text": words.replace("mps2", "m/s²"),
             "axes": [order.index(d) for d in array.dims], "scale": scale,
             "data": base64.b64encode(scaled.astype("<f2").tobytes()).decode("ascii")}

@@ -151,7 +151,7 @@ def thumbnail(path, width=520):
     with Image.open(name) as picture:
         small = picture.convert("RGB")
         small.thumbnail((width, width), Image.Resampling.LANCZOS)
-        small.quantize(64, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
+        small.quantize(64, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
     return {"address": "data:image/png;base64," + base64.b64encode(data.getvalue()).decode("ascii"), "width": small.width,
             "height": small.height}
 
@@ -163,7 +163,7 @@ def _small_png(path):
 
     data = io.BytesIO()
     with Image.open(path) as picture:
-        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
+        picture.convert("RGB").quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(data, "PNG", compress_level=7)
     return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode("ascii")
 
 

@@ -220,7 +220,7 @@ function mapExplorer(place, data, state) {
       const y = top + tall * (1 - scale.of(t));
       if (y >= top - 1 && y <= top + tall + 1) drawing.append(make("text", { x: x + 24, y: y + 4 }, [pretty(t, 3)]));
     }
-    drawing.append(make("text", { x: x - 4, y: box.top + 8, class: "label" }, [unitText(map.unit) || "(no unit)"]));
+    drawing.append(make("text", { x: x - 4, y: box.top + 8, class: "label" }, [map.unit.length > 8 ? "" : unitText(map.unit) || "(no unit)"]));
     if (!infinite) return;
     drawing.append(make("rect", { x, y: top + tall + 16, width: 18, height: 16, fill: "#b0b0b0", class: "frame" }),
       make("text", { x: x + 24, y: top + tall + 29 }, ["∞"]));

@@ -103,6 +103,7 @@ class Part:
 
     id: str
     title: str
+    file: str
     study: str
     description: list
     answer: list
@@ -212,7 +213,7 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     shown = lambda t: tables.table(frames[t], margin, f"build/surveymc show {shell_word(name)} {shell_word(t)} --csv", t in study.fold)  # noqa: E731
     warnings, options = _warnings(result), own_numbers(result.command)
     return Part(
-        id=identity, title=result.title or stem, study=study.name, description=studies.description(config) if config else [],
+        id=identity, title=result.title or stem, file=os.path.basename(name), study=study.name, description=studies.description(config) if config else [],
         answer=result.answer, counts=counts, judged=total(counts),
         drawn=f"{grouped(result.trials)} Monte-Carlo trials at each point" if result.trials else "no Monte Carlo",
         own_numbers=options.strip(), warnings=warnings, more_warnings=len(result.warnings) - len(warnings), figures=pictures,

@@ -106,21 +106,23 @@ class Report:
 
     def _articles(self, known, results):
         limit = holm_limit([p for result in results for p in _family(result)])
-        found, taken, number = [], set(), 1
+        found, taken, numbers = [], set(), collections.Counter()
         for i, result in enumerate(results):
             study = studies.study_of(known, result.experiment)
             stem = text.slug(os.path.splitext(os.path.relpath(result.path, self.base))[0])
             identity = next(n for k in range(len(results) + 1) if (n := f"result-{stem}" + (f"-{k + 1}" if k else "")) not in taken)
             taken.add(identity)
             try:
-                part = page.result_part(result, study, self.drawn.get(i, Drawn()), identity, os.path.relpath(result.path), number, limit)
-                sentence = headlines.sentence(result, part.counts)
                 own = is_own(result)
+                group = identity if own else study.experiment  # figures are counted in it
+                part = page.result_part(result, study, self.drawn.get(i, Drawn()), identity, os.path.relpath(result.path),
+                                        numbers[group] + 1, limit)
+                sentence = headlines.sentence(result, part.counts)
             except (surveymc.ResultError, *storage.DAMAGE) as error:  # opened, but not whole
                 reason = " ".join(str(error).split()).removeprefix(f"{result.path}: ")
                 print(f"surveymc report: left out: {result.path}: {reason}", file=sys.stderr)
                 continue
-            number += len(part.figures)
+            numbers[group] += len(part.figures)
             for figure in part.figures:
                 figure.address = f"figure-{secrets.token_hex(12)}"
                 _, figure.width, figure.height = figures.sized(figure.path)
@@ -145,7 +147,7 @@ class Report:
             groups.setdefault((article.is_own, key), []).append(article)
         found, taken = [], {FRONT, PAPER}
         for (own, key), articles in sorted(groups.items(), key=lambda g: not g[0][0]):  # the user's own come first
-            name = text.slug(key.removeprefix("result-")) if own else re.sub(r"\W", "_", key, flags=re.A)
+            name = text.slug(os.path.splitext(articles[0].part.file)[0]) if own else re.sub(r"\W", "_", key, flags=re.A)
             name = next(n for k in range(len(groups) + 2) if (n := name + (f"-{k + 1}" if k else "")) not in taken)
             parts = self._split(articles)
             for k, (own_articles, addresses) in enumerate(parts):
@@ -232,7 +234,7 @@ class Report:
             if shown:
                 room -= len(shown["address"])
             sentence = best.part.answer[0] if best.part.answer else best.sentence
-            card = Card(f"{p.name}.html", best.title if p.is_own else p.study.name, p.study.name if p.is_own else p.study.question, sentence,
+            card = Card(f"{p.name}.html", best.title if p.is_own else p.study.name, f"{p.study.name}, {best.part.file}" if p.is_own else p.study.question, sentence,
                         page.added(a.part.counts for a in articles), len(articles), shown if room > 0 else None)
             (own if p.is_own else shipped).append(card)
         return own, shipped

@@ -136,7 +136,7 @@ function wellsExplorer(place, data, state) {
     const spot = spots[Number(target.value)], from = [[0.75, 0.45, 1], [0, 1, 1e-4], [0, 0, 1], [1, 0, 0]][view.get()];
     const centre = spot.centre ? at(...spot.centre) : new THREE.Vector3(0, 0, 0);
     const sides = scene.high.map((h, k) => (h - scene.low[k]) / 2 / unit), k = (size.get() + 1) * FACTORS[factor.get()];
-    const reach = spot.centre ? Math.max(3.2 * k * spot.reach / unit, 1e-5) : Math.hypot(...sides) * 0.98;
+    const reach = spot.centre ? Math.max(3.2 * k * spot.reach / unit, 1e-5) : Math.hypot(...sides) * 1.04;
     camera.aspect = (stage.clientWidth || 4) / (stage.clientHeight || 3);
     const narrow = Math.min(1, camera.aspect);
     controls.target.copy(centre);
