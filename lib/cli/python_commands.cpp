@@ -35,7 +35,7 @@ const std::vector<PythonCommand>& python_commands() {
   static const std::vector<PythonCommand> kCommands = {
       {"plot", "result", false, "result file", "draw the figures of a result; plot --help has its options"},
       {"report", "results", true, "result files, or folders of them",
-       "one page of results for a browser; report --help has its options"},
+       "pages of results for a browser; report --help has its options"},
       {"import", "survey", false, "text, LAS, WITSML or Excel",
        "a survey or readings in another form to CSV; import --help has its options"},
       {"studies", "", false, "", "run all studies that come with surveymc; studies --help has its options"}};

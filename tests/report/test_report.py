@@ -373,6 +373,22 @@ class InSpace(unittest.TestCase):
                     self.assertEqual(factor < 1, distance < limit, (offset["name"], md))
 
 
+    def test_plot_writes_the_page(self):
+        command = lambda name, folder: subprocess.run([sys.executable, os.path.join(SCRIPTS, "surveymc"), "plot", os.path.join(SMOKE, f"{name}.h5"),  # noqa: E731
+                                                       "--3d", "-o", folder], capture_output=True, text=True, timeout=120)
+        with tempfile.TemporaryDirectory() as folder:
+            run = command("clearance", folder)
+            if view3d.is_installed():
+                self.assertEqual((run.returncode, run.stdout), (0, os.path.join(folder, "clearance_3d.html\n")), run.stderr)
+                source = Path(folder, "clearance_3d.html").read_text(encoding="utf-8")
+                self.assertEqual(Page(source).faults, [])
+                self.assertLess(len(source.encode()), 3e6)
+                self.assertIn("The MIT License", source)
+            run = command("vertical_well", folder)
+            self.assertEqual(run.returncode, 65)
+            self.assertIn("has no wells to draw", run.stderr)
+
+
 class Templates(unittest.TestCase):
     def test_the_users_own_come_first_and_may_extend(self):
         with tempfile.TemporaryDirectory() as folder:

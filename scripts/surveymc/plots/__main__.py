@@ -2,6 +2,7 @@
 
     surveymc plot RESULT.h5 [-o FOLDER] [--point N]     all that studies.toml names for the experiment
     surveymc plot RESULT.h5 --quantity TABLE.NAME       a quantity of your choice against the keys of the sweep (sweep --help)
+    surveymc plot RESULT.h5 --3d                        its wells in space, as a page to turn and to zoom: NAME_3d.html
     surveymc plot DRAWER RESULT.h5 [options]            those of one drawer, with its own options (DRAWER --help)
 
 Prints the paths of the figures. Figures that show one sweep point are drawn of the first one, or of that given with --point. A sweep has an overview, whose figures
@@ -9,6 +10,7 @@ say what is drawn of how many values; --quantity and --at choose.
 """
 
 import argparse
+import importlib.util
 import os
 import sys
 
@@ -23,13 +25,36 @@ def drawers():
     return sorted(n for f in os.listdir(folder) if f.endswith(".py") and runner.is_drawer(n := f.removesuffix(".py")))
 
 
+def draw_in_space(arguments):
+    """Writes NAME_3d.html of a result's wells, and prints its path."""
+    missing = [n for n in ("pandas", "jinja2") if importlib.util.find_spec(n) is None]
+    if missing:
+        raise PlotError(f"--3d needs {', '.join(missing)}: sudo apt install {' '.join(f'python3-{n}' for n in missing)}", 1)
+    from .. import view3d
+
+    path = os.path.join(saving.figures_folder(arguments.output, arguments.result), f"{saving.stem_of(arguments.result)}_3d.html")
+    try:
+        kept = view3d.write(arguments.result, path)
+    except storage.ResultError as error:
+        raise PlotError(str(error)) from None
+    except OSError as error:
+        raise PlotError(f"{path}: cannot write: {error.strerror or error}", streams.CANNOT_WRITE) from None
+    if kept:
+        print(f"{path}: was there, and was not made from this: kept as {os.path.relpath(kept)}", file=sys.stderr)
+    print(path)
+
+
 def main():
     parser = Parser(description=__doc__, epilog=f"Drawers: {', '.join(drawers())}.", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("result", help="result file (HDF5) of surveymc")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
     parser.add_argument("--point", type=int, metavar="N", help="sweep point of figures that show one, from 0")
+    parser.add_argument("--3d", dest="in_space", action="store_true", help="only its wells in space: NAME_3d.html")
     sweep.add_choices(parser)
     arguments = parser.parse_args()
+    if arguments.in_space:
+        draw_in_space(arguments)
+        return
     if arguments.quantity or arguments.at:
         sweep.main()
         return
