@@ -362,6 +362,13 @@ inclination = "1"
             z = (at["distance_m"] - at["radii_m"]) / math.sqrt(at["towards_m2"])
             np.testing.assert_allclose(half_space, math.erfc(z / math.sqrt(2)) / 2, rtol=1e-9)
             variances.append(at["towards_m2"])
+            # One well is above the other there, so that the line between them is vertical.
+            np.testing.assert_allclose(column(path, "tables/relative_covariance", "vv_m2")[0], at["towards_m2"], rtol=1e-9)
+            paths = {c: column(path, "tables/paths", c) for c in ("well", "md_m", "north_m", "east_m", "tvd_m")}
+            ends = {paths["well"][k]: [paths[c][k] for c in ("north_m", "east_m", "tvd_m")] for k in np.flatnonzero(paths["md_m"] == 840)}
+            self.assertEqual(len(ends), 2)
+            np.testing.assert_allclose(ends["reference"], [840, 0, 0], atol=1e-9)
+            np.testing.assert_allclose(next(v for k, v in ends.items() if k != "reference"), [420, 420, 8], atol=1e-9)
         self.assertGreater(variances[0], variances[1] * 1.0001)
 
     def test_a_millimetre_of_slot_changes_no_prediction(self):

@@ -148,7 +148,7 @@ function mapExplorer(place, data, state) {
     paint.putImageData(pixels, 0, 0);
     const axes = frame(box, x, y), whole = { x: box.left, y: box.top, width: box.width, height: box.height };
     drawing.append(make("image", { ...whole, preserveAspectRatio: "none", href: canvas.toDataURL(), class: "cells" }), axes.group);
-    if (lines.get() && xs.length > 2 && ys.length > 2) {
+    if (lines.get() && Math.min(xs.length, ys.length) > 5) { // lines between a few wide cells say more than the cells
       for (const level of scale.ticks) drawing.append(...contour(xs, ys, here, level, scale, axes));
     }
     colourBar(scale, here.some((v) => Math.abs(v) === Infinity));
