@@ -668,7 +668,7 @@ class Declarations(unittest.TestCase):
         known = studies.load()
         named = {p for s in known.values() for p in s.plots}
         there = {f[:-3] for f in os.listdir(os.path.join(studies.PACKAGE, "plots")) if f.endswith(".py") and runner.is_drawer(f[:-3])}
-        self.assertEqual(there - named, {"difference"}, "declare them in studies.toml")  # which draws two results
+        self.assertEqual(there - named, {"difference", "sweep"}, "declare them in studies.toml")  # which draw two results, and any sweep
         self.assertEqual(named - there, set())
 
     def test_every_study_config_is_of_a_known_experiment(self):
