@@ -60,6 +60,17 @@ class CorrectedCodes(unittest.TestCase):
                 self.assertEqual(code, 65, said)
                 self.assertIn(message, said)
 
+    def test_a_tenth_of_all_errors(self):
+        """Where errors are small Monte Carlo is first order; nightly to 1 %."""
+        code, said, tables = run(CONFIGS / "tenth_of_errors.toml", "--trials", "4096")
+        self.assertEqual(code, 0, said)
+        rows = tables["prediction"]
+        judged = [(rows["case"][i], rows["correction.kind"][i], q, rows["ratio"][i]) for i, q in enumerate(rows["quantity"])
+                  if q in ("ratio_lateral", "ratio_azimuth")]
+        self.assertEqual(len(judged), 2 * 5 * 14)
+        for row in judged:
+            self.assertAlmostEqual(row[3], 1, delta=0.05, msg=row)
+
     def test_first_order_needs_no_trials(self):
         config = SOURCE / "configs/new/corrected_codes.toml"
         (_, _, drawn), (_, _, alone) = run(config, "--trials", "64"), run(config, "--set", "trials = 0")

@@ -112,5 +112,11 @@ TEST_CASE("What a code claims is the sum of its magnetic and of its carried term
     const std::size_t last = well.survey.stations.size() - 1;
     CHECK(magnetic.azimuth[last] > 0);
     CHECK(magnetic.azimuth[0] == 0);
+    // In a straight hole that of every station, the first measured one among them, whose leg counts twice.
+    const survey::Survey straight = test::survey_of(5, [](int k) {
+      return survey::Station{30. * k, 60 * kDegree, 75 * kDegree, 0};
+    });
+    const ClaimedErrors alike = code.magnetic(straight, well.field);
+    for (std::size_t k = 1; k < 5; ++k) CHECK_THAT(alike.azimuth[k] / alike.azimuth[4], WithinAbs(1, 1e-12));
   }
 }
