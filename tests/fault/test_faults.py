@@ -125,8 +125,8 @@ def spread(sites, share):
 
 
 ENDINGS = (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED)
-# What runs long or takes time says so in its text: "identical: HASH (6000 trials in 0.1 s)".
-TIMES = re.compile(r"in [0-9.e-]+ m?s")
+# What runs long or takes time says so in its text: "identical: HASH (6000 trials in 0.1 s)", "kept 0.5 s ago".
+TIMES = re.compile(r"[0-9.e-]+ (m?s|min)\b")
 CANNOT_REMOVE = ("unlink", "list", "lock", "stat")  # calls without which a file that is of no use any more stays
 
 
