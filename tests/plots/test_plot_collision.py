@@ -68,6 +68,11 @@ class Predictions(unittest.TestCase):
         np.testing.assert_allclose(xs, [4e-5, 0.004])  # the prediction of 1e-9 stands at the edge
         self.assertLess(ax.get_xlim()[0], 4e-5)
 
+    def test_many_events_are_drawn_in_part_and_the_figure_says_so(self):
+        figure = plot.predictions("t", *self.tables([f"event {k}" for k in range(300)]), [])
+        self.assertEqual(len(figure.axes[0].get_yticklabels()), 40)
+        self.assertIn("40 of 300, evenly spread.", " ".join(t.get_text().replace("\n", " ") for t in figure.texts))
+
     def test_one_probability_is_a_sentence(self):
         self.assertIsNone(plot.predictions("t", *self.tables(["far"]), []))
 

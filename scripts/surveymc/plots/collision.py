@@ -6,12 +6,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from . import drawing, reading, saving, wording
+from . import drawing, ratios, reading, saving, wording
 
 SPANS = ("errors.multiplier", "problem.name", "noise.scale", "factor", "alpha", "sampling.method")  # keys of a sweep that has figures of its own here
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
-MOST_CURVES = 12
+MOST_CURVES, MOST_LINES = 12, 40
 MARKERS = ("o", "s", "^", "D", "v", "P")
 TEXTS = {"probability": "The probability that the wells touch against the least separation factor, with intervals; line: factor 1. What the wells "
                         "share joins the points of an offset.",
@@ -182,8 +182,9 @@ def multiplier(table):
         factor.plot(x, form["separation_factor"], color="#777777", linestyle=":", label="separation factor")
     ax.set(xscale="log", yscale="log", xlabel="size of all errors (1: the models' own)", ylabel="probability that the wells touch")
     x = sorted(set(table["errors.multiplier"]))
-    ax.set_xticks(x, [f"{v:g}" for v in x])
-    ax.minorticks_off()
+    if len(x) <= 10:
+        ax.set_xticks(x, [f"{v:g}" for v in x])
+        ax.minorticks_off()
     factor.set_ylabel("separation factor (dotted)")
     factor.grid(False)
     ax.legend(loc="center right", fontsize=8)
@@ -219,6 +220,7 @@ def predictions(title, table, sampling, keys):
     events = reading.sweep_points(table, named)
     if len(events) < 2:
         return None
+    every, events = len(events), ratios.some(events, MOST_LINES)
     has_events = len(set(table["event"])) > len(set(e[-1] for e in events)) or len(set(e[:-1] for e in events)) < len(events)
     formulations = distinct(table["formulation"])
     figure, ax = plt.subplots(figsize=(9, 1.6 + 0.42 * len(events)), layout="constrained")
@@ -254,7 +256,8 @@ def predictions(title, table, sampling, keys):
     names = [", ".join(filter(None, (wording.point_name(keys, e[:-1]), e[-1] if has_events or not keys else ""))) for e in events]
     ax.set_yticks(range(len(events)), names)
     ax.grid(axis="y", visible=False)
-    drawing.heading(figure, title, "Points upon each other agree: what was found, and what was predicted or is known.")
+    drawing.heading(figure, title, "Points upon each other agree: what was found, and what was predicted or is known."
+                    + (f" {len(events)} of {every}, evenly spread." if every > len(events) else ""))
     drawing.legend_below(figure, list(labels.values()))
     return figure
 

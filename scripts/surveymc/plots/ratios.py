@@ -108,7 +108,8 @@ def curves_figure(title, text, panels, looks, key, confidence, margin, x_label, 
         if len(sizes):
             ax.set_xscale("log")
             drawing.plain_log_axis(ax.xaxis, sizes[0] / 1.2, sizes[-1] * 1.2)
-            ax.set_xticks(sizes)
+            if len(sizes) <= 8:
+                ax.set_xticks(sizes)
             ax.set_xlim(sizes[0] / 1.25, sizes[-1] * 1.25)
         if k % 3 == 0:
             ax.set_ylabel("Monte Carlo / predicted" if is_found_over_predicted else "predicted / Monte Carlo")

@@ -22,6 +22,7 @@ from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
 MULTIPLIER = "sensor_errors.multiplier"
+SPANS = (MULTIPLIER, "drilling.mode")  # keys of a sweep that has figures of its own here
 FORMULATIONS = {
     "toolface_dependent": ("toolface-dependent", "#D55E00", (0, (7, 2)), "o"),
     "ti_systematic": ("TI terms, systematic (slid)", "#222222", (0, (3.5, 2)), "s"),

@@ -21,7 +21,7 @@ from . import drawing, geometry, one_point, ratios, reading, saving, wording
 from .reading import PlotError
 from .wording import SIGMA, grouped, number
 
-SPANS = ("drilling.sequence",)  # keys of a sweep that has figures of its own here
+SPANS = ("drilling.sequence", "drilling.mode")  # keys of a sweep that has figures of its own here
 
 
 # Colours of the memo where it has them: green for what fits, red for what does not, blue for Monte Carlo.
