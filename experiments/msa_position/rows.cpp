@@ -157,6 +157,22 @@ std::vector<compare::Row> rows_of(const Scenario& s, const Model* model) {
     row.offset = correction;
     row.available = has_position;
   }
+  // Beyond first order: mean and sd.
+  for (const std::string& name : s.orders.names) {
+    if (name == "first") continue;
+    const std::optional<orders::Moments> found = m.orders ? m.orders->of(name) : std::nullopt;
+    for (const bool of_mean : {true, false})
+      for (int i = 0; i < 3; ++i) {
+        const double offset = p.position[i] - p.uncorrected[i];
+        compare::Row& row = add("position", name.c_str(),
+                                of_mean ? std::string("correction_") + kDirections[i] : sigma3(kDirections[i]), "m",
+                                of_mean ? mean : sd, at.position + i,
+                                !found    ? kNaN
+                                : of_mean ? m.true_position[i] + found->mean[i] - p.uncorrected[i]
+                                          : std::sqrt(found->covariance(i, i)));
+        if (of_mean) row.offset = offset;
+      }
+  }
   for (std::size_t f = 0; f < kFormulations.size(); ++f)
     for (int i = 0; i < 3; ++i) {
       compare::Row& row = add("position", kFormulations[f], sigma3(kDirections[i]), "m", sd, at.position + i,
@@ -222,6 +238,9 @@ std::vector<compare::ComparisonRow> PositionPoint::rows_of_table(const std::stri
       declared, table, s_.verdict, tally.trials, [&](const compare::Row& row) { return sample(tally, row.component); });
   if (const std::optional<stats::WishartTest> test = parameter_test(tally); test && table == "parameters")
     rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test->p_value);
+  if (orders_ && orders_->unscented && !orders_->unscented->is_definite)
+    for (compare::ComparisonRow& row : rows)
+      if (row.formulation == "unscented") row.note += "; its covariance is none: that of cubature5 in its place";
   s_.annotations.apply(table, rows);
   return rows;
 }

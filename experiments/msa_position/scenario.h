@@ -10,6 +10,7 @@
 #include "estimate/observability.h"
 #include "events/event_study.h"
 #include "random/study_id.h"
+#include "scenario/prediction_orders.h"
 #include "sensor/tool_spread.h"
 
 namespace surveymc::studies::msa_position {
@@ -40,6 +41,7 @@ struct Scenario {
   sensor::NoiseModel noise;
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
+  scenario::PredictionOrders orders;
   compare::VerdictRule verdict;
   compare::CalibrationRule calibration;
   compare::Annotations annotations;

@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 #include <Eigen/LU>
 
+#include "analysis/msa_chain.h"
 #include "base/units.h"
 #include "compare/position_comparison.h"
 #include "estimate/estimators.h"
@@ -26,6 +27,7 @@
 #include "stats/antithetic.h"
 #include "study/experiment.h"
 #include "survey/corrected_position.h"
+#include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::msa_position {
 
@@ -93,6 +95,13 @@ Model model_of(const Scenario& s) {
   const survey::Station& last = s.survey.stations.back();
   m.hla_from_nev = survey::rotation_hla_from_nev(last.inclination, last.azimuth);
   m.parameter_weight = m.prediction.parameter_covariance.inverse();
+  m.true_position = survey::minimum_curvature_positions(s.survey).back();
+  if (s.orders.any()) {
+    const analysis::MsaChain chain({s.survey, s.field, m.clean, s.noise, s.spread, s.errors}, s.estimator);
+    m.orders = orders::predict(chain, s.orders.wanted,
+                               [&chain](const orders::Centre& centre) { return chain.directions(centre.state); });
+    m.inputs = sensor::names_of(chain.normals(), s.survey.size());
+  }
   return m;
 }
 
@@ -108,6 +117,9 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
       prediction_(std::move(model.prediction)),
+      orders_(std::move(model.orders)),
+      inputs_(std::move(model.inputs)),
+      true_position_(model.true_position),
       stream_(random::stream_of(s_.seed)),
       estimator_(std::move(model.estimator)),
       at_(s_),
@@ -291,6 +303,8 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   if (s_.with_position) {
     r.tables.push_back(ellipse_table(tally));
     r.tables.push_back(covariance_table(tally));
+    if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));
+    if (orders_ && orders_->profile) r.tables.push_back(order_coverage_table(tally));
   }
   r.tables.push_back(covariance_tests_table(tally));
   r.tables.push_back(correlation_table(tally));

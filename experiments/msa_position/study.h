@@ -10,6 +10,7 @@
 #include "compare/calibration.h"
 #include "compare/verdict_stop.h"
 #include "msa_position/scenario.h"
+#include "orders/predictions.h"
 #include "stats/control_variate.h"
 #include "stats/sample_summary.h"
 #include "stats/tests.h"
@@ -49,6 +50,9 @@ struct Model {
   std::array<Eigen::Matrix2d, 3> horizontal_axes;    ///< columns: major, minor
   Eigen::Matrix3d hla_from_nev;                      ///< of the true hole at the last station
   Eigen::Matrix<double, 6, 6> parameter_weight;
+  std::optional<orders::Predictions> orders;  ///< beyond first order; displacements from the true position
+  std::vector<std::string> inputs;            ///< names of the normals of `orders`
+  Eigen::Vector3d true_position;              ///< N, E, V of the last station from the first
 };
 /// Predicts, and chooses the estimator on 64 trials. Throws InputError where the stations cannot determine the
 /// parameters.
@@ -111,6 +115,8 @@ class PositionPoint final : public study::StudyPoint {
   store::Table control_variate_table(const stats::Tally& tally) const;
   store::Table pairs_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
+  store::Table orders_table(const stats::Tally& tally) const;
+  store::Table order_coverage_table(const stats::Tally& tally) const;
 
   static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
 
@@ -120,6 +126,9 @@ class PositionPoint final : public study::StudyPoint {
   sensor::CleanReadings clean_;
   std::vector<double> md_;
   analysis::MsaPrediction prediction_;
+  std::optional<orders::Predictions> orders_;
+  std::vector<std::string> inputs_;
+  Eigen::Vector3d true_position_;
   random::Stream stream_;
   std::unique_ptr<estimate::Estimator> estimator_;
   Components at_;

@@ -1,5 +1,6 @@
 #include "orders/order_needed.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/units.h"
@@ -8,7 +9,9 @@ namespace surveymc::orders {
 
 OrderVerdict order_needed(const Moments& first, const Moments& second, const Profile& profile,
                           const Eigen::Vector3d& direction, double margin) {
-  const auto sd_of = [&](const Moments& m) { return std::sqrt(direction.dot(m.covariance * direction)); };
+  const auto sd_of = [&](const Moments& m) {
+    return std::sqrt(std::max(0.0, direction.dot(m.covariance * direction)));
+  };
   const double sd_first = sd_of(first), sd_second = sd_of(second);
   const Shape shape = shape_along(profile.mixture, direction), coarse = shape_along(profile.coarse, direction);
   OrderVerdict v;
