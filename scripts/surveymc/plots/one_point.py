@@ -147,12 +147,11 @@ def parse(parser):
 
 
 def of_sweep(path):
-    """(how many points a result has, which keys of its sweep vary)."""
+    """(how many points a result has, which keys of its sweep vary, whether [refine] or [sensitivity] asks for figures of the sweep)."""
     try:
         with storage.open_file(path) as file:
             keys, points = points_of(file)
-    except (storage.ResultError, *storage.DAMAGE):
-        return 1, []  # the drawers say what is wrong
-    return len(points), varying(keys, points)
-
-
+            config = reading.configuration(file)
+    except (storage.ResultError, reading.PlotError, *storage.DAMAGE):
+        return 1, [], False  # the drawers say what is wrong
+    return len(points), varying(keys, points), "refine" in config or "sensitivity" in config

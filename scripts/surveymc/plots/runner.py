@@ -79,9 +79,9 @@ def draw(result_path, names, folder, point=None):
     os.makedirs(folder, exist_ok=True)
     drawn = Drawn()
     result_path, folder = (f"./{p}" if p.startswith("-") else p for p in (result_path, folder))  # no options
-    count, keys = one_point.of_sweep(result_path)
+    count, keys, has_own = one_point.of_sweep(result_path)
     of_points = [n for n in names if n not in OF_ANY_SWEEP]
-    if of_points and point is None and count > 2 and not any(spans(n, keys) for n in of_points):
+    if of_points and point is None and count > 2 and not has_own and not any(spans(n, keys) for n in of_points):
         names = ["sweep", *(n for n in names if n != "sweep")]
     with tempfile.TemporaryDirectory() as place:
         cut = None

@@ -11,6 +11,7 @@ points with this value.
 import argparse
 import dataclasses
 import itertools
+import sys
 import textwrap
 
 import matplotlib
@@ -26,7 +27,7 @@ from . import drawing, one_point, reading, saving, wording
 from .reading import PlotError
 
 SPANS = True  # draws a sweep over any keys
-MOST_PANELS, MOST_LINES, MOST_ROWS, MOST_KEYS, MOST_FIGURES = 9, 8, 40, 12, 6
+MOST_PANELS, MOST_LINES, MOST_ROWS, MOST_KEYS, MOST_FIGURES, MOST_DOTS = 9, 8, 40, 12, 6, 1000
 ROW = "row"  # words that tell the rows of a point apart
 LINE = "line"  # what a quantity has several of at a point: Monte Carlo and its predictions
 FEW = 3  # a key with fewer values is no axis of a map
@@ -210,7 +211,8 @@ def _words(keys, point):
 
 
 def facets(rows, keys, most, said):
-    """[(words, rows)] for each of at most `most` combinations of values of these keys, and what is left out, to `said`."""
+    """([(words, rows)], columns) for each of at most `most` combinations of values of these keys; what is left out, to `said`. columns:
+    of panels, so that a line has all values of the last key; None if there are too many or too few."""
     values = [_sorted(rows[k]) for k in keys]
     counts = reading.shared_out([len(v) for v in values], most)
     chosen = [reading.spread(v, n) if k != LINE else v[:n] for k, v, n in zip(keys, values, counts)]
@@ -225,7 +227,8 @@ def facets(rows, keys, most, said):
             here &= (rows[key] == value).to_numpy()
         if here.any():
             found.append((_words(keys, point), rows[here]))
-    return found
+    several = [len(c) for c in chosen if len(c) > 1]
+    return found, several[-1] if len(several) > 1 and several[-1] <= 4 else None
 
 
 def is_grid(rows, keys):
@@ -247,11 +250,13 @@ def _is_log(values):
 
 
 def _is_log_key(values):
-    """Whether values of a key go by factors."""
+    """Whether values of a key go by factors: their median is nearer to the middle of a logarithmic axis."""
     values = np.unique(np.asarray(values, float))
     if len(values) < 3 or values[0] <= 0 or values[-1] / values[0] < 8:
         return False
-    return np.ptp(np.diff(np.log(values))) < 0.25 * np.ptp(np.diff(values)) / np.diff(values).mean()
+    middle, ends = np.median(values), (values[0], values[-1])
+    linear, log = ((f(middle) - f(ends[0])) / (f(ends[1]) - f(ends[0])) - 0.5 for f in (float, np.log))
+    return abs(log) < abs(linear) - 0.1
 
 
 def _scale(ax, which, values, is_log):
@@ -270,6 +275,12 @@ def _scale(ax, which, values, is_log):
         axis.set_major_locator(matplotlib.ticker.MaxNLocator(5, steps=(1, 2, 5, 10)))
 
 
+def _is_constant(values):
+    """Whether values differ by no more than a thousandth: colours and digits would show rounding."""
+    finite = np.asarray(values, float)[np.isfinite(values)]
+    return not len(finite) or np.ptp(finite) <= 1e-3 * np.abs(finite).max()
+
+
 def _limits(quantity, rows):
     """Limits of an ordinate for all panels, and whether it is logarithmic: a few values far off leave the panel, and are counted."""
     values = rows["value"].to_numpy(float)
@@ -282,7 +293,7 @@ def _limits(quantity, rows):
         high = values.max()
         low = values[values > 1e-9 * high].min()  # what is less is rounding
         return (low / (high / low) ** 0.06, high * (high / low) ** 0.06), True, int((values < low).sum())
-    if np.ptp(ends) <= 1e-3 * np.abs(ends).max():  # the same everywhere: digits of rounding say nothing
+    if _is_constant(ends):
         return (0.95 * ends.min(), 1.05 * ends.max()) if ends.min() > 0 else (ends.min() - 0.05 * np.abs(ends).max() - 1e-12, ends.max() + 0.05 * np.abs(ends).max() + 1e-12), False, 0
     middle, reach = np.median(values), np.quantile(values, 0.98) - np.quantile(values, 0.02)
     low, high = ends.min(), ends.max()
@@ -305,9 +316,9 @@ def curves(heading, quantity, rows, key, words, said):
         largest = rows.groupby(LINE)["value"].max().sort_values(ascending=False).index[:MOST_LINES]
         said.append(f"the {MOST_LINES} largest of {len(lines)} lines")
         lines = [w for w in lines if w in set(largest)]
-    shown = facets(rows, other, MOST_PANELS, said)
+    shown, columns = facets(rows, other, MOST_PANELS, said)
     size = (7.2, 4.2) if len(shown) == 1 else (3.6, 2.8)
-    figure, axes = drawing.panels(len(shown), size, sharex=True, sharey=True)
+    figure, axes = drawing.panels(len(shown), size, columns, sharex=True, sharey=True)
     limits, log, outside = _limits(quantity, rows[rows[LINE].isin(lines)])
     if outside:
         said.append(f"{outside} values beyond the panel")
@@ -327,7 +338,7 @@ def curves(heading, quantity, rows, key, words, said):
                 beside = (n - (len(lines) - 1) / 2) * 0.004 * np.ptp(x)  # intervals of several lines are seen beside each other
                 ax.errorbar(x if _is_log_key(x) else x + beside, y, bars, fmt="none", ecolor=look["color"], elinewidth=0.9, capsize=2, alpha=0.7)
             ax.plot(x, y, markersize=4, linewidth=1.2, **style)
-        ax.set_title(title, fontsize=9)
+        ax.set_title(title, fontsize=8)
         ax.set_ylim(limits)
         _scale(ax, "x", rows[key], _is_log_key(rows[key]))
     _scale(axes[0], "y", limits, log)
@@ -382,7 +393,7 @@ def colours_of(quantity, values, said):
         low, high = (np.quantile(finite, [0.01, 0.99]) if len(finite) else (0.0, 1.0))
         if len(finite) and finite.max() - finite.min() < 3 * (high - low):  # nothing is far off
             low, high = finite.min(), finite.max()
-        if high - low < 1e-3 * max(abs(low), abs(high)):  # the same everywhere: colours would show rounding
+        if _is_constant(finite):
             middle = (low + high) / 2
             said.append(f"the same everywhere within {wording.number(100 * (high - low) / abs(middle), 1)} %" if high > low else "the same everywhere")
             low, high = middle - 0.05 * abs(middle) - 1e-12, middle + 0.05 * abs(middle) + 1e-12
@@ -444,17 +455,23 @@ def map_panel(ax, x, y, rows, on_grid, norm, colour, levels):
 
 def maps(heading, quantity, rows, x, y, others, on_grid, said):
     """Against two numeric keys; panels for the values of the others, and for lines."""
-    shown = [(t, r) for t, r in facets(rows, [LINE, *others], MOST_PANELS, said) if r["value"].notna().any()]
+    for line in _sorted(rows[LINE])[1:]:  # a theory that is one number needs no map
+        values = rows["value"][rows[LINE] == line]
+        if _is_constant(values):
+            said.append(f"{line}: {wording.number(values.median())}")
+            rows = rows[rows[LINE] != line]
+    shown, columns = facets(rows, [LINE, *others], MOST_PANELS, said)
+    shown = [(t, r) for t, r in shown if r["value"].notna().any()]
     if np.isposinf(rows["value"]).any():
         said.append("red crosses: infinite")
     if rows["value"].isna().any():
         said.append("grey: no value")
     size = (6.6, 4.8) if len(shown) == 1 else (3.5, 2.9)
-    figure, axes = drawing.panels(len(shown), size, sharex=True, sharey=True)
+    figure, axes = drawing.panels(len(shown), size, columns, sharex=True, sharey=True)
     norm, colour, levels, extend = colours_of(quantity, np.concatenate([r["value"].to_numpy(float) for _, r in shown]), said)
     for ax, (title, here) in zip(axes, shown):
         filled = map_panel(ax, x, y, here, on_grid, norm, colour, levels)
-        ax.set_title(title, fontsize=9)
+        ax.set_title(title, fontsize=8)
     bar = figure.colorbar(filled, ax=axes, extend=extend, shrink=0.95, pad=0.02)
     bar.set_label(textwrap.fill(quantity.label, int(11 * figure.get_figheight()) - 12), fontsize=9)
     if isinstance(norm, matplotlib.colors.LogNorm):
@@ -488,17 +505,23 @@ def against_each(heading, quantity, rows, keys, said):
     limits, log, outside = _limits(quantity, rows)
     if outside:
         said.append(f"{outside} values beyond the panels")
+    if len(rows) > MOST_DOTS:
+        said.append(f"dots: every {-(-len(rows) // MOST_DOTS)}th point")
     said.append("lines: medians" if len(kinds) > 1 else "line and band: median and the middle 80 %")
     figure, axes = drawing.panels(len(keys), size=(3.4, 2.7), sharey=True)
-    size = drawing.dot_size(len(rows), 5)
+    dotted = rows.iloc[::-(-len(rows) // MOST_DOTS)]
+    size = drawing.dot_size(len(dotted), 5)
     for ax, key in zip(axes, keys):
         if quantity.is_ratio:
             drawing.band(ax, quantity.margin)
+        names = [] if _numbers(rows[key]) else list(rows.groupby(key)["value"].median().sort_values(kind="stable").index)
         for look, kind in zip(LOOKS, kinds):
             own = rows[rows[ROW] == kind]
-            dots = {"linestyle": "none", "marker": look["marker"], "markersize": size, "color": look["color"], "alpha": 0.4, "markeredgewidth": 0}
+            dots = {"linestyle": "none", "marker": look["marker"], "markersize": size, "color": look["color"], "alpha": 0.4, "markeredgewidth": 0,
+                    "rasterized": len(dotted) > 500}
             if _numbers(own[key]):
-                ax.plot(own[key], own["value"], **dots)
+                few = dotted[dotted[ROW] == kind]
+                ax.plot(few[key], few["value"], **dots)
                 groups = own.groupby(_groups(own[key]), sort=True)
                 if groups.size().min() >= 5 and len(groups) > 2:
                     at, (low, mid, high) = groups[key].mean(), (groups["value"].quantile(q) for q in (0.1, 0.5, 0.9))
@@ -506,15 +529,14 @@ def against_each(heading, quantity, rows, keys, said):
                         ax.fill_between(at, low, high, color="#E69F00", alpha=0.25, linewidth=0)
                     ax.plot(at, mid, color="#D55E00" if len(kinds) == 1 else look["color"], linestyle=look["linestyle"])
                 continue
-            for i, word in enumerate(_sorted(rows[key])):
-                y = own["value"][own[key] == word]
-                ax.plot(i + np.linspace(-0.25, 0.25, len(y)), y, **dots)
+            for i, word in enumerate(names):
+                y, few = own["value"][own[key] == word], dotted["value"][(dotted[ROW] == kind) & (dotted[key] == word)]
+                ax.plot(i + np.linspace(-0.25, 0.25, len(few)), few, **dots)
                 ax.plot([i - 0.35, i + 0.35], [y.median()] * 2, color=look["color"] if len(kinds) > 1 else "#D55E00")
         if _numbers(rows[key]):
             _scale(ax, "x", rows[key], _is_log_key(rows[key]))
         else:
-            names = [wording.cut(wording.value_name(w), 14) for w in _sorted(rows[key])]
-            ax.set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=7)
+            ax.set_xticks(range(len(names)), [wording.cut(wording.value_name(w), 14) for w in names], rotation=30, ha="right", fontsize=7)
         ax.set_xlabel(wording.axis_name(key), fontsize=9)
         ax.set_ylim(limits)
         if ax.get_subplotspec().colspan.start == 0:
@@ -640,7 +662,7 @@ def main():
         if one_point.of_sweep(arguments.result)[0] < 2 and not arguments.quantity:
             raise PlotError(f"{arguments.result}: has no sweep")
         study = studies.study_of(studies.load(), result.experiment)
-        names, figures = arguments.quantity or default_quantities(result, study), {}
+        names, figures, constant = arguments.quantity or default_quantities(result, study), {}, []
         for name in names:
             if name in result.maps:
                 keys, own, found = _map_quantity(result, name)
@@ -648,11 +670,17 @@ def main():
                 (keys, found), own = _table_quantity(result, name), []
             for quantity in found:
                 quantity.rows = _chosen(quantity.rows, arguments.at)
+                if not arguments.quantity and len(found) + len(names) > 1 and _is_constant(quantity.rows["value"]):
+                    middle = quantity.rows["value"].median()
+                    constant += [f"{quantity.label} is {wording.number(middle)} at all points: no figure"] if np.isfinite(middle) else []
+                    continue
                 figure = draw(title, wording.answer_of(result), quantity, keys, own)
                 if figure is not None:
                     figures["sweep_" + wording.name_of([quantity.name])] = figure
     except ResultError as error:
         raise PlotError(str(error)) from None
+    for said in constant:
+        print(f"{arguments.result}: {said}", file=sys.stderr)
     if not figures:
         raise PlotError(f"{arguments.result}: no quantity of the sweep has more than one value")
     saving.save_all(figures, arguments)
