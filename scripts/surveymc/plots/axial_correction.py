@@ -109,7 +109,7 @@ def maps_figure(title, methods, inclination, azimuth, error, sd):
         grid[-1][k].set_xlabel(f"magnetic azimuth ({DEGREE})")
     for row, (_, name) in zip(grid, rows):
         row[0].set_ylabel(f"inclination ({DEGREE})")
-        bar = figure.colorbar(filled[name], ax=list(row), ticks=levels[name], pad=0.02, format=lambda v, _: f"{v:g}")
+        bar = figure.colorbar(filled[name], ax=list(row), ticks=drawing.apart(levels[name], levels[name][0], levels[name][-1], lambda t: 0.05), pad=0.02, format=lambda v, _: f"{v:g}")
         bar.ax.minorticks_off()
         bar.set_label(f"{name} ({DEGREE})")
     drawing.heading(figure, title, ("Standard deviation of the azimuth" if len(rows) == 1 else "Azimuth: error by the constant errors, and standard "

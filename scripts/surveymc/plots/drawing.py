@@ -229,6 +229,15 @@ def legend_below(figure, handles, **options):
     return legend
 
 
+def apart(ticks, low, high, room):
+    """As many ticks of a logarithmic axis as keep their distance, powers of ten first. room(tick): share of the axis that a label takes."""
+    kept = []
+    for tick in sorted(ticks, key=lambda t: (abs(math.log10(t) - round(math.log10(t))) > 1e-9, t)):
+        if all(abs(math.log(tick / other)) > room(tick) * math.log(high / low) for other in kept):
+            kept.append(tick)
+    return sorted(kept)
+
+
 def plain_log_axis(axis, low, high):
     """Ticks of a logarithmic axis that people read without thinking: 0.2, 0.5, 1, 2, 5 and no minor labels."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
@@ -240,6 +249,6 @@ def plain_log_axis(axis, low, high):
         ticks = [s * 10.0**e for e in range(first, last + 1) for s in steps if low <= s * 10.0**e <= high]
     if len(ticks) < 4 and high < 2 * low:  # as on a plain axis
         ticks = [t for t in matplotlib.ticker.MaxNLocator(5, steps=(1, 2, 5, 10)).tick_values(low, high) if low <= t <= high]
-    axis.set_major_locator(matplotlib.ticker.FixedLocator(ticks))
+    axis.set_major_locator(matplotlib.ticker.FixedLocator(apart(ticks, low, high, lambda t: 0.04)))
     axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: plain_size(v)))
     axis.set_minor_locator(matplotlib.ticker.NullLocator())

@@ -264,11 +264,8 @@ def _scale(ax, which, values, is_log):
     if is_log:
         getattr(ax, f"set_{which}scale")("log")
         drawing.plain_log_axis(axis, *getattr(ax, f"get_{which}lim")())
-        if which == "x":  # labels beside each other need more room than below each other
-            ticks = axis.get_major_locator()()
-            while sum(len(drawing.plain_size(t)) + 2 for t in ticks) > 26 and len(ticks) > 2:
-                ticks = ticks[::2]
-            axis.set_major_locator(matplotlib.ticker.FixedLocator(ticks))
+        wide = {"y": lambda t: 0.1, "x": lambda t: 0.04 * (len(drawing.plain_size(t).replace("\\times", "").strip("$")) + 1)}[which]
+        axis.set_major_locator(matplotlib.ticker.FixedLocator(drawing.apart(axis.get_major_locator()(), *getattr(ax, f"get_{which}lim")(), wide)))
     elif np.ptp(values) in (90, 180, 360):
         axis.set_major_locator(matplotlib.ticker.MultipleLocator(np.ptp(values) / 6))
     else:
@@ -506,10 +503,10 @@ def against_each(heading, quantity, rows, keys, said):
     if outside:
         said.append(f"{outside} values beyond the panels")
     if len(rows) > MOST_DOTS:
-        said.append(f"dots: every {-(-len(rows) // MOST_DOTS)}th point")
+        said.append(f"a dot for {-(-len(rows) // MOST_DOTS)} points")
     said.append("lines: medians" if len(kinds) > 1 else "line and band: median and the middle 80 %")
     figure, axes = drawing.panels(len(keys), size=(3.4, 2.7), sharey=True)
-    dotted = rows.iloc[::-(-len(rows) // MOST_DOTS)]
+    dotted = rows.iloc[::max(-(-len(rows) // MOST_DOTS), 1)]
     size = drawing.dot_size(len(dotted), 5)
     for ax, key in zip(axes, keys):
         if quantity.is_ratio:
