@@ -96,6 +96,8 @@ def draw(result_path, names, folder, point=None):
                     drawn.code, drawn.messages = max(drawn.code, error.code), [*drawn.messages, str(error)]
                     break
                 code, saved, err, kept = _run(name, [cut[0], "-o", folder])
+            if cut:
+                err = err.replace(cut[0], result_path)  # the file of the point will be gone
             drawn.files += [f for f in saved if f.endswith(".svg") and f not in drawn.files]
             drawn.kept += kept
             drawn.notes += [line for line in err.splitlines() if not code and line not in kept]
