@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Figures depend on the data only: same_bytes.py RESULT.h5 ... Every drawer that studies.toml names for a result draws it
-twice, as programs of their own with other seeds of Python's hashes: the same files with the same bytes. Some minutes.
+"""Figures depend on the data only: same_bytes.py RESULT.h5 ... Every drawer that studies.toml names for a result, and the
+one of any sweep, draws it twice, as programs of their own with other seeds of Python's hashes: the same files with the same bytes. Some minutes.
 """
 import os
 import subprocess
@@ -33,7 +33,7 @@ def drawn(script, result, seed):
 def main(results):
     known, wrong, figures = studies.load(), [], 0
     for result in results:
-        for script in known[surveymc.open(result).experiment].drawers_for(result):
+        for script in [*known[surveymc.open(result).experiment].drawers_for(result), "sweep"]:
             first = drawn(script, result, "1")
             second = drawn(script, result, "2") if first else first
             figures += len(first or {})
