@@ -24,21 +24,26 @@ double unit_of(CodeQuantity q) { return q == CodeQuantity::azimuth ? 1 / kDegree
 /// Quantities of a budget: those that are asked for.
 constexpr std::array<CodeQuantity, 3> kBudget{CodeQuantity::lateral, CodeQuantity::worst, CodeQuantity::azimuth};
 
-/// The fewest stations, evenly on the path of a made-up well, with which the code holds; 0: not up to kMostStations.
+/// The fewest stations, evenly on the path of a made-up well, with which the code holds, for each quantity of the
+/// budget; 0: not up to kMostStations.
 constexpr int kMostStations = 400;
-int stations_needed(const Scenario& s, CodeQuantity q) {
+std::array<int, kBudget.size()> stations_needed(const Scenario& s) {
   const survey::Station& last = s.well->stations.back();
   const double length = last.md - s.well->stations.front().md;
-  for (int n = 3; n <= kMostStations; n += std::max(1, n / 20)) {
+  std::array<int, kBudget.size()> fewest{};
+  for (int n = 3; n <= kMostStations && std::count(fewest.begin(), fewest.end(), 0) > 0; n += std::max(1, n / 20)) {
     analysis::WellDesign d = *s.design;
     d.stations = n;
     d.spacing = length / (n - 1);
     const survey::Survey well = analysis::make_well(d, last.inclination, last.azimuth);
     const analysis::CodeComparison c = analysis::compare_code(well, s.field, s.which, false);
-    const double ratio = analysis::code_sds(c, well, q, CodeScope::magnetic, c.stations.fields.size() - 1).ratio();
-    if (ratio <= 1 + s.margin) return n;
+    for (std::size_t q = 0; q < kBudget.size(); ++q) {
+      const double ratio =
+          analysis::code_sds(c, well, kBudget[q], CodeScope::magnetic, c.stations.fields.size() - 1).ratio();
+      if (fewest[q] == 0 && ratio <= 1 + s.margin) fewest[q] = n;
+    }
   }
-  return 0;
+  return fewest;
 }
 
 }  // namespace
@@ -103,7 +108,9 @@ store::Table budget_table(const Scenario& s, const analysis::CodeComparison& c) 
 
 store::Table requirement_table(const Scenario& s, const analysis::CodeComparison& c) {
   compare::TableRows t("requirement", "what would have to be for the claim to hold just yet, first order");
-  for (const CodeQuantity q : kBudget) {
+  const std::array<int, kBudget.size()> stations = s.design ? stations_needed(s) : std::array<int, kBudget.size()>{};
+  for (std::size_t i = 0; i < kBudget.size(); ++i) {
+    const CodeQuantity q = kBudget[i];
     const analysis::CodeRequirement r = analysis::code_requirement(c, *s.well, q, s.margin);
     const propagate::CodeDraws& d = s.which.draws;
     const double ratio = analysis::code_sds(c, *s.well, q, CodeScope::magnetic, c.stations.fields.size() - 1).ratio();
@@ -116,8 +123,7 @@ store::Table requirement_table(const Scenario& s, const analysis::CodeComparison
     t.number("total_nT", "nT", "sd of the total field at this factor", r.reference * d.run.total);
     t.number("interference_factor", "1", "largest factor on the interference of the drill string", r.interference);
     t.number("interference_nT", "nT", "sd of the interference at this factor", r.interference * d.interference);
-    t.count("stations", "fewest stations on the path of a made-up well; 0: more than 400, or a survey",
-            s.design ? stations_needed(s, q) : 0);
+    t.count("stations", "fewest stations on the path of a made-up well; 0: more than 400, or a survey", stations[i]);
   }
   return t.take();
 }
