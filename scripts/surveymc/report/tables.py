@@ -8,7 +8,7 @@ from .text import grouped, interval, number, prose, unit
 
 OPEN_ROWS = 14  # a table with more is folded
 MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
-PAPER_COLUMNS = 13  # a table with more is not printed but named, with its counts: no paper is wide enough for it
+PAPER_COLUMNS = 9  # a table with more is not printed but named, with its counts: no paper is wide enough for it
 # said in another column, in words or in the caption
 MERGED = ("expected", "trials", "failed", "p_differs", "p_agrees", "trials_to_decide", "family", "wishart_family")
 
