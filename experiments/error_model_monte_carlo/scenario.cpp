@@ -107,12 +107,13 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
 
 std::vector<std::string> read_formulations(config::ConfigReader& c) {
   if (!c.has("formulations")) {
-    return kFormulations;
+    return {"iscwsa", "minimum_curvature", "second_order"};
   }
-  const std::vector<std::string> out = c.texts("formulations", "predictions that are compared; without it all");
+  const std::vector<std::string> out =
+      c.texts("formulations", "predictions that are compared; without it all but profile");
   for (const std::string& f : out) {
     c.require(std::find(kFormulations.begin(), kFormulations.end(), f) != kFormulations.end(), "formulations",
-              fmt::format("\"{}\": must be of \"iscwsa\", \"minimum_curvature\", \"second_order\"", f));
+              fmt::format("\"{}\": must be of \"iscwsa\", \"minimum_curvature\", \"second_order\", \"profile\"", f));
     c.require(std::count(out.begin(), out.end(), f) == 1, "formulations", fmt::format("\"{}\" is there twice", f));
   }
   return out;

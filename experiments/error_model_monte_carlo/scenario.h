@@ -49,6 +49,6 @@ Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 bool is_for_quadrature(const propagate::ErrorSource& source);
 
 /// "iscwsa", "minimum_curvature", "second_order".
-inline const std::vector<std::string> kFormulations{"iscwsa", "minimum_curvature", "second_order"};
+inline const std::vector<std::string> kFormulations{"iscwsa", "minimum_curvature", "second_order", "profile"};
 
 }  // namespace surveymc::studies::error_model_monte_carlo

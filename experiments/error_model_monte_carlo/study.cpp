@@ -9,6 +9,7 @@
 ///                      stations: there the covariance is linear in depth
 ///   minimum_curvature  exact derivatives of the same path: what is left is nonlinearity
 ///   second_order       mean to second order, covariance to fourth order in the sizes, along the axes of the former
+///   profile            exact along the dominant direction of the draws, first order around it (orders/profile.h)
 ///
 /// The exact first-order effect of the same draws is a control variate of all means and sds.
 #include "error_model_monte_carlo/study.h"
@@ -103,8 +104,17 @@ void ErrorModelMonteCarlo::predict() {
     d.effects = propagate::draw_effects(errors_, d.point, propagate::FirstOrder::minimum_curvature);
     const Matrix3d exact = propagate::covariance_of(d.effects);
     for (const std::string& name : s_.formulations) {
-      if (name == "second_order") {
-        const propagate::PointMoments m = propagate::second_order_moments(errors_, d.point);
+      if (name == "second_order" || name == "profile") {
+        orders::Moments m;
+        if (name == "profile") {
+          const propagate::WellChain chain(errors_, d.point);
+          orders::ExpansionParts parts;
+          parts.squares = true;
+          d.profile = orders::profile(chain, orders::centre_of(chain, parts));
+          m = orders::moments_of(d.profile->mixture);
+        } else {
+          m = propagate::second_order_moments(errors_, d.point);
+        }
         Formulation f = formulation_of(name, exact);
         f.mean = m.mean;
         f.covariance = m.covariance;
@@ -365,6 +375,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.samples()) r.tables = judged_tables(tally);
   if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
   if (s_.samples()) r.tables.push_back(ellipse_table(tally));
+  if (depths_.front().profile) r.tables.push_back(order_coverage_table(tally));
   r.tables.push_back(covariance_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));

@@ -1,12 +1,14 @@
 #pragma once
 /// One point of the study `error_model_monte_carlo` (see study.cpp): the run of its trials and the tables they become.
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compare/comparison.h"
 #include "compare/verdict_stop.h"
 #include "error_model_monte_carlo/scenario.h"
+#include "orders/profile.h"
 #include "propagate/drawn_well.h"
 #include "propagate/well_chain.h"
 #include "stats/control_variate.h"
@@ -19,11 +21,11 @@ struct Formulation {
   std::string name;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  ///< m, N E V
   Eigen::Matrix3d covariance;                      ///< m2
-  Eigen::Matrix3d axes;    ///< columns: largest first; of second_order: those of minimum_curvature
+  Eigen::Matrix3d axes;    ///< columns: largest first; of second_order and profile: those of minimum_curvature
   Eigen::Vector3d sd;      ///< along the axes, m
   Eigen::Matrix3d weight;  ///< inverse of the covariance; NaN where it has none
   Eigen::Matrix2d horizontal_axes, horizontal_weight;
-  bool is_first_order() const { return name != "second_order"; }
+  bool is_first_order() const { return name != "second_order" && name != "profile"; }
 };
 
 /// One reported depth.
@@ -34,6 +36,7 @@ struct Depth {
   Eigen::Matrix3d hla;       ///< hla = m nev; the hole turns along the arc
   Eigen::Matrix3Xd effects;  ///< of every draw, exact first order: the control
   std::vector<Formulation> formulations;
+  std::optional<orders::Profile> profile;  ///< where the formulation is wanted
 };
 
 /// A source at one depth, by one first-order formulation.
@@ -101,6 +104,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
   store::Table by_source_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table order_coverage_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   store::Table additivity_table(const stats::Tally& tally) const;
 

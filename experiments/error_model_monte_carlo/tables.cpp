@@ -67,7 +67,7 @@ std::vector<compare::Row> ErrorModelMonteCarlo::rows_of(const Scenario& s, const
     if (std::find(formulations.begin(), formulations.end(), f) == formulations.end()) formulations.push_back(f);
   for (std::size_t f = 0; f < formulations.size(); ++f) {
     const std::string& name = formulations[f];
-    const bool available = f < s.formulations.size(), is_first_order = name != "second_order";
+    const bool available = f < s.formulations.size(), is_first_order = name != "second_order" && name != "profile";
     const Formulation* p = depth && available ? &depth->formulations[f] : nullptr;
     const std::size_t axes = p ? point->axes_[f][d] : 0, first = rows.size();
     for (std::size_t a = 0; a < 3; ++a)
@@ -256,6 +256,32 @@ store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) cons
     t.number("md_m", "m", "measured depth", 0);
     compare::write_ellipse(t, {"", Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
   });
+}
+
+store::Table ErrorModelMonteCarlo::order_coverage_table(const stats::Tally& tally) const {
+  compare::TableRows t("order_coverage",
+                       "what the horizontal ellipse of minimum_curvature holds, by the profile and by the trials" +
+                           compare::at_confidence(s_.verdict));
+  const std::vector<double> sigmas{1, 2, 3};
+  const auto first = std::find(s_.formulations.begin(), s_.formulations.end(), "minimum_curvature");
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const Depth& depth = depths_[d];
+    const Matrix3d covariance = propagate::covariance_of(depth.effects);
+    const std::vector<double> inside =
+        orders::inside_ellipse(depth.profile->mixture, Vector3d::Zero(), covariance, sigmas);
+    for (std::size_t k = 0; k < sigmas.size(); ++k) {
+      const bool is_counted = first != s_.formulations.end() && std::isfinite(inside[k]) && !tally.counts.empty();
+      const auto at = 3 * (d * s_.formulations.size() + static_cast<std::size_t>(first - s_.formulations.begin())) + k;
+      t.number("md_m", "m", "measured depth", depth.md);
+      t.number("sigma", "1", "size of the ellipse", sigmas[k]);
+      t.number("normal", "1", "share of a normal distribution in its own ellipse",
+               1 - std::exp(-0.5 * sigmas[k] * sigmas[k]));
+      t.number("profile", "1", "share by the profile; absent where the ellipse has no area", inside[k]);
+      t.share("monte_carlo", "share of the trials, where minimum_curvature is compared",
+              is_counted ? tally.counts[at] : 0, is_counted ? tally.trials - tally.failed : 0, s_.verdict.confidence);
+    }
+  }
+  return t.take();
 }
 
 store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) const {

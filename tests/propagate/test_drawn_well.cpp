@@ -12,6 +12,7 @@
 #include "config/shipped_models.h"
 #include "error_model/model_graph.h"
 #include "formulas.h"
+#include "orders/profile.h"
 #include "propagate/source_moments.h"
 #include "propagate/tool_weights.h"
 #include "propagate/well_chain.h"
@@ -440,4 +441,49 @@ TEST_CASE("Second order of the whole model is the sum of what it is made of, in 
   const PointMoments dense = second_order_moments(lasting, point);
   CHECK((blocks.mean - dense.mean).norm() <= 1e-10 * dense.mean.norm());
   CHECK((blocks.covariance - dense.covariance).norm() <= 1e-10 * dense.covariance.norm());
+}
+
+TEST_CASE("Derivatives of the chain of a drawn well are those of differences, away from the true well") {
+  const Winding w(3);
+  const WellChain chain(w.errors, {40, 0.7});
+  const Eigen::Index d = chain.dimension();
+  const auto some = [d](double size, double phase) {
+    Eigen::VectorXd z(d);
+    for (Eigen::Index i = 0; i < d; ++i) z[i] = size * std::sin(phase + 2.3 * static_cast<double>(i));
+    return z;
+  };
+  const Eigen::VectorXd z = some(0.8, 1), v = some(1, 2);
+  orders::ExpansionParts parts;
+  parts.directions = v;
+  const orders::Expansion e = chain.expand(z, {}, parts);
+  constexpr double h = 1e-3;
+  const Eigen::Vector3d slope = (chain.values(z + h * v) - chain.values(z - h * v)).col(0) / (2 * h);
+  CHECK((e.first * v - slope).norm() <= 1e-6 * slope.norm());
+  const Eigen::Matrix3Xd bend =
+      (chain.expand(z + h * v, {}, {}).first - chain.expand(z - h * v, {}, {}).first) / (2 * h);
+  for (int a = 0; a < 3; ++a)
+    CHECK((e.along[static_cast<std::size_t>(a)].col(0) - bend.row(a).transpose()).norm() <= 1e-5 * bend.row(a).norm());
+  // A path is the values along it.
+  const orders::Path path = chain.path(v, {-0.5, 0, 1.5});
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double t = i == 0 ? -0.5 : i == 1 ? 0 : 1.5;
+    CHECK((path.at.col(i) - chain.values(t * v).col(0)).norm() <= 1e-9 * (1 + path.at.col(i).norm()));
+  }
+}
+
+TEST_CASE("The profile has the crescent of a single source: mean, covariance, and what first order's ellipse misses") {
+  const Well w = well_1_drawn(4);
+  std::vector<bool> keep(w.errors.sources.size(), false);
+  const char* code = GENERATE("AMIL", "SAGE");
+  keep[w.source(code)] = true;
+  const WellErrors own = only_sources(w.errors, keep);
+  const WellPoint point = point_at(w.survey, 6000);
+  const PointMoments exact = source_moments(w.errors, {point}, w.source(code)).front();
+  const WellChain chain(own, point);
+  orders::ExpansionParts parts;
+  parts.squares = true;
+  const orders::Moments profiled = orders::moments_of(orders::profile(chain, orders::centre_of(chain, parts)).mixture);
+  CAPTURE(code);
+  CHECK((profiled.mean - exact.mean).norm() <= 1e-5 * exact.mean.norm());
+  CHECK((profiled.covariance - exact.covariance).norm() <= 1e-5 * exact.covariance.norm());
 }
