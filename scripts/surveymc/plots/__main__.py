@@ -64,7 +64,7 @@ def main():
     except storage.ResultError as error:
         raise PlotError(str(error)) from None
     folder = saving.figures_folder(arguments.output, arguments.result)
-    names = studies.study_of(studies.load(), experiment).drawers_for(arguments.result)
+    names = studies.study_of(studies.load(), experiment).drawers_for(arguments.result) or ["sweep"]
     drawn = runner.draw(arguments.result, names, folder, arguments.point)
     for note in drawn.kept + drawn.notes * (not drawn.broken):
         print(note, file=sys.stderr)

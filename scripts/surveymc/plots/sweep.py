@@ -38,7 +38,8 @@ LOOKS = [{"color": c, "linestyle": s, "marker": m} for c, s, m in zip(
     "osD^vPX*")]
 NO_QUANTITY = {"answer", "warnings", "family", "failed_points", "sweep_points", "sensitivity", "validity", "failed_trials"}
 FORMULATIONS = {"monte_carlo": "Monte Carlo", "iscwsa": "ISCWSA"}
-NO_NAMES = ("quantity", "unit", "verdict", "expected", "family", "note", "title", "rule", "end", "found", "wishart_family")
+NO_NAMES = ("quantity", "unit", "verdict", "expected", "family", "note", "title", "rule", "end", "found", "wishart_family",
+            "claim", "predicted_verdict", "predicted_class", "class")  # words that say what was found, no names of rows
 INDEX = ("md_m", "station", "ref_md_m", "component", "point", "leg")  # columns that say which row of a point
 
 
@@ -132,7 +133,7 @@ def _table_quantity(result, name):
     found = []
     for unit, of_unit in rows.groupby("unit", sort=False):
         if words:
-            label = words if column in ("monte_carlo", "continuous") else f"predicted over Monte Carlo, {words}" if column == "ratio" else \
+            label = words if column in ("monte_carlo", "continuous") else f"predicted over Monte Carlo, {words}" if column == "ratio" and "analytic" in frame else \
                 f"{words}, {wording.axis_name(column)}"
         else:
             label, unit = wording.axis_name(column), units.get(column, "")
@@ -176,7 +177,7 @@ def default_quantities(result, study):
         if table not in result.tables:
             return False
         frame = result.table(table)
-        return bool(frame.attrs["sweep_keys"]) and (rest[0] in frame or rest[0] in set(frame.get("quantity", [])))
+        return bool(frame.attrs["sweep_keys"] or not study.plots) and (rest[0] in frame or rest[0] in set(frame.get("quantity", [])))
 
     named = [q for q in study.sweep if has(q)]
     if named:
@@ -369,7 +370,9 @@ def _bars(rows):
 
 def edges(centres, is_log):
     """Edges of cells about these centres."""
-    c = np.log(centres) if is_log else np.asarray(centres, float)
+    c = np.log(centres) if is_log and len(centres) > 1 else np.asarray(centres, float)
+    if len(c) == 1:  # a panel may lack points of the grid
+        return np.array([c[0] - 0.02 * abs(c[0]) - 1e-9, c[0] + 0.02 * abs(c[0]) + 1e-9])
     middle = (c[1:] + c[:-1]) / 2
     both = np.concatenate([[2 * c[0] - middle[0]], middle, [2 * c[-1] - middle[-1]]])
     return np.exp(both) if is_log else both
@@ -656,9 +659,9 @@ def main():
         title = wording.title_of(file)
     try:
         result = Result(arguments.result)
-        if one_point.of_sweep(arguments.result)[0] < 2 and not arguments.quantity:
-            raise PlotError(f"{arguments.result}: has no sweep")
         study = studies.study_of(studies.load(), result.experiment)
+        if one_point.of_sweep(arguments.result)[0] < 2 and not arguments.quantity and (study.plots or not study.sweep):
+            raise PlotError(f"{arguments.result}: has no sweep")
         names, figures, constant = arguments.quantity or default_quantities(result, study), {}, []
         for name in names:
             if name in result.maps:

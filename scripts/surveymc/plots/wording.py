@@ -95,7 +95,7 @@ def answer_of(result):
         except ValueError:
             return point_name([found[1]], [found[2]])
 
-    said = next(iter(result.answer), "")
+    said = next((s for s in result.answer if "too many for a sentence" not in s), "")
     return re.sub(r"\b([a-z]\w*(?:\.\w+)+|[a-z]\w*_(?:nT|mps2|mg|deg|m|z|h)) = ([^,()]+)", pair, plain_text(said))
 
 
