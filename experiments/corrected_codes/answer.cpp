@@ -54,7 +54,7 @@ void answer(compare::Answer& answer, const store::Result& result) {
   if (!shares.empty()) {
     const Rows most = shares.at_largest("broken");
     answer.say(
-        "Of the directions of the map {} keep the claim by the correction{}, {} break it, and {} would hold without "
+        "Of the map {} keep the claim by the correction{}, {} break it, and {} would hold without "
         "one.",
         {most.figure("kept").percent(), most.point(), most.figure("broken").percent(), most.figure("free").percent()});
   }

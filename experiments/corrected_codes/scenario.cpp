@@ -92,6 +92,19 @@ void turn_tool(survey::Survey& well, analysis::ToolfaceSequence sequence, random
   for (std::size_t k = 0; k < well.stations.size(); ++k) well.stations[k].toolface = turned.stations[k].toolface;
 }
 
+/// The field of the well, or of the places of a map.
+void read_field(config::ConfigReader& c, Scenario& s) {
+  if (!c.has("map.latitude_deg") && !c.has("map.longitude_deg")) {
+    s.field = scenario::read_field(c);
+    return;
+  }
+  s.latitude_deg = c.grid("map.latitude_deg", config::Range::closed(-90, 90),
+                          "latitudes of maps over places, of one well, by field.model and field.date");
+  s.longitude_deg = c.grid("map.longitude_deg", config::Range::closed(-180, 360), "longitudes of maps over places");
+  s.places = scenario::read_field_of_places(c);
+  s.field = s.places.at(s.latitude_deg.front() * kDegree, s.longitude_deg.front() * kDegree);
+}
+
 void read_well(config::ConfigReader& c, Scenario& s) {
   if (c.has("well.kind")) {
     c.require(!c.has("survey.file") && !c.has("survey.plan"), "well.kind", "not together with [survey]");
@@ -170,9 +183,13 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.which.draws =
       s.which.draws.scaled(c.number("draw.scale", config::Range::positive(),
                                     "multiplies all errors that are drawn, not those claimed or assumed", 1));
+  s.which.turned = c.boolean("draw.turn",
+                             "turns the tool of the whole run by an angle, uniform, drawn anew in every trial: codes "
+                             "claim the mean over toolfaces",
+                             false);
   s.which.noise = c.number("noise.magnetometer_nT", config::Range::closed(0, 1e5),
                            "one sd of a magnetometer reading, per axis and station; no code has it", 0);
-  s.field = scenario::read_field(c);
+  read_field(c, s);
   propagate::CodeDraws assumed = read_assumed(c, s, of_base, *claimed, twin.get());
   if (twin == nullptr) {
     assumed.run = s.which.draws.run;
@@ -180,7 +197,11 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.which.correction = read_correction(c, assumed, s.field, s.correction);
   read_well(c, s);
-  if (c.has("map.inclination_deg")) {
+  if (!s.latitude_deg.empty()) {
+    c.require(s.design.has_value(), "map.latitude_deg", "needs a made-up well: give well.kind");
+    c.require(!c.has("map.inclination_deg"), "map.latitude_deg",
+              "not together with map.inclination_deg: a map is over places or over directions");
+  } else if (c.has("map.inclination_deg")) {
     s.inclination_deg = c.grid("map.inclination_deg", config::Range{0, 180, true, true},
                                "inclinations of the maps, of the last station");
     s.azimuth_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360),
@@ -189,6 +210,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.trials = static_cast<std::uint64_t>(
       c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
   c.require(s.trials == 0 || s.well, "trials", "maps have no trials: give well.inclination_deg, or leave it out");
+  c.require(s.trials == 0 || s.latitude_deg.empty(), "trials",
+            "a map over places has no trials: sweep field.latitude_deg and field.longitude_deg");
   s.scopes = read_words<CodeScope>(c, "compare.scope",
                                    "'magnetic': terms that a correction of magnetometers can change; 'total': all, of "
                                    "which the others are on both sides",

@@ -9,6 +9,7 @@
 #include "compare/annotations.h"
 #include "compare/verdict.h"
 #include "random/study_id.h"
+#include "scenario/reference_field.h"
 
 namespace surveymc::studies::corrected_codes {
 
@@ -19,9 +20,11 @@ struct Scenario {
   std::vector<propagate::CodeTerm> terms;
   analysis::CodeCase which;
   survey::ReferenceField field;
-  std::optional<survey::Survey> well;                ///< none: maps alone
+  std::optional<survey::Survey> well;                ///< none: maps of directions alone
   std::optional<analysis::WellDesign> design;        ///< of a made-up well
   std::vector<double> inclination_deg, azimuth_deg;  ///< of the maps; empty: none
+  std::vector<double> latitude_deg, longitude_deg;   ///< of maps over places, of one well; empty: none
+  scenario::FieldOfPlaces places;                    ///< what the places' fields are
   std::vector<analysis::CodeScope> scopes;
   std::vector<analysis::CodeQuantity> quantities;
   double margin = 0.05;  ///< a ratio up to 1 + margin holds
@@ -30,6 +33,10 @@ struct Scenario {
 
   bool wants(analysis::CodeScope scope) const;
   bool wants_azimuth() const;
+  bool has_map() const { return !inclination_deg.empty() || !latitude_deg.empty(); }
+  std::size_t cells() const {
+    return inclination_deg.size() * azimuth_deg.size() + latitude_deg.size() * longitude_deg.size();
+  }
 };
 
 /// Throws InputError.

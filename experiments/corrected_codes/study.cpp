@@ -74,6 +74,7 @@ Judged judge(const Claim& c, double margin) {
 
 CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scenario)) {
   if (!s_.well) return;
+  if (!s_.latitude_deg.empty()) return;  // of many fields
   comparison_ = analysis::compare_code(*s_.well, s_.field, s_.which, s_.wants(CodeScope::total));
   rows_ = rows_of(s_, &*comparison_);
   for (std::size_t i = 0; i < kPositionCount; ++i) {
@@ -90,6 +91,7 @@ CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scena
   setup_.run = {d.run.total, d.run.dip, d.run.declination_in(s_.field)};
   setup_.station = {d.station.total, d.station.dip, d.station.declination_in(s_.field)};
   setup_.noise = s_.which.noise;
+  setup_.turned = s_.which.turned;
   tied_ = survey::tied_survey(*s_.well, s_.field.declination, s_.which.claimed->first_leg_doubled());
   uncorrected_ = survey::LaneArray(1, 6, true);
   for (int i = 0; i < 6; ++i) uncorrected_.fill(0, i, i < 3 ? 1 : 0);
@@ -330,10 +332,11 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
     r.tables.push_back(budget_table(s_, *comparison_));
     r.tables.push_back(requirement_table(s_, *comparison_));
   }
-  if (!s_.inclination_deg.empty()) {
+  if (s_.has_map()) {
     r.maps = code_maps(s_, options);
     r.tables.push_back(shares_table(s_, r.maps));
   }
+  if (s_.latitude_deg.empty()) r.tables.push_back(zone_table(s_));
   r.tables.push_back(terms_table(s_));
   r.tables.push_back(validity_table(s_, comparison_ ? &*comparison_ : nullptr, tally));
   return r;
@@ -359,8 +362,7 @@ class CorrectedCodesPlan final : public study::PlanOfPoint<Scenario, CorrectedCo
   /// A cell of a map costs about as much as ten trials.
   double cost() const override {
     const double stations = s_.well ? s_.well->size() : s_.design->stations;
-    return stations * (10 * static_cast<double>(1 + s_.inclination_deg.size() * s_.azimuth_deg.size()) +
-                       static_cast<double>(s_.trials));
+    return stations * (10 * static_cast<double>(1 + s_.cells()) + static_cast<double>(s_.trials));
   }
 };
 

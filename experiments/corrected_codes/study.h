@@ -77,6 +77,8 @@ store::Table claims_table(const Scenario& scenario, const std::vector<Claim>& cl
 store::Table budget_table(const Scenario& scenario, const analysis::CodeComparison& comparison);
 store::Table requirement_table(const Scenario& scenario, const analysis::CodeComparison& comparison);
 store::Table terms_table(const Scenario& scenario);
+/// The zone about magnetic east and west where axial correction does not keep the claim.
+store::Table zone_table(const Scenario& scenario);
 store::Table validity_table(const Scenario& scenario, const analysis::CodeComparison* comparison,
                             const stats::Tally& tally);
 /// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, and table `shares` of the classes. Throws Interrupted.

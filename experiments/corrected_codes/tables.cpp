@@ -21,8 +21,14 @@ const char* name_of(CodeQuantity q) { return analysis::kCodeQuantities[static_ca
 /// sinI dA is shown in degrees.
 double unit_of(CodeQuantity q) { return q == CodeQuantity::azimuth ? 1 / kDegree : 1; }
 
+constexpr double kFixedHalfAngle = 15;  // deg, of every code with axial correction
+
 /// Quantities of a budget: those that are asked for.
 constexpr std::array<CodeQuantity, 3> kBudget{CodeQuantity::lateral, CodeQuantity::worst, CodeQuantity::azimuth};
+
+/// Those of maps, which stand before the class.
+constexpr std::array<CodeQuantity, 3> kMapped{CodeQuantity::lateral, CodeQuantity::azimuth, CodeQuantity::worst};
+constexpr std::size_t kClassMap = kMapped.size();
 
 /// The fewest stations, evenly on the path of a made-up well, with which the code holds, for each quantity of the
 /// budget; 0: not up to kMostStations.
@@ -79,6 +85,12 @@ store::Table claims_table(const Scenario& s, const std::vector<Claim>& claims, c
     t.word("predicted_class", "free, kept, broken, harmful or undetermined, by first order", j.predicted_class);
     t.word("class", "the same by the trials", j.judged_class);
     t.number("mean_shift", "", "mean error that is left, of the trials", unit * c.mean);
+    t.number("rms_ratio", "1", "root mean square of the error that is left, over claimed, of the trials",
+             c.scope == CodeScope::magnetic ? std::hypot(c.after, c.mean) / c.sds.claimed : kNaN);
+    t.number("kappa", "1",
+             "s_h / (Bh sin^2 x), x from magnetic east or west: codes with axial correction hold below 0.12",
+             analysis::axial_kappa(s.which.draws, s.field, s.well->stations[c.station + 1].inclination,
+                                   s.well->stations[c.station + 1].azimuth));
     const std::uint64_t sound = c.beyond2 < 0 ? 0 : tally.trials - tally.failed;
     t.share("beyond_2_sd", "share of the trials beyond two claimed sd; 0.0455 of a normal distribution",
             static_cast<std::uint64_t>(std::max<std::int64_t>(0, c.beyond2)), sound, s.verdict.confidence);
@@ -141,6 +153,19 @@ store::Table terms_table(const Scenario& s) {
   return t.take();
 }
 
+store::Table zone_table(const Scenario& s) {
+  compare::TableRows t("zone", "angle about magnetic east and west that a level hole must keep for axial correction");
+  const double angle = analysis::axial_half_angle(s.which.draws, s.field);
+  t.number("horizontal_field_nT", "nT", "of the reference", s.field.total * std::cos(s.field.dip));
+  t.number("dip_deg", "deg", "of the reference", s.field.dip / kDegree);
+  t.number("sd_horizontal_nT", "nT", "s_h: sd of the error of the horizontal field that is matched",
+           analysis::horizontal_field_sd(s.which.draws, s.field));
+  t.number("half_angle_deg", "deg", "asin sqrt(s_h / (0.12 Bh))", angle / kDegree);
+  t.number("fixed_deg", "deg", "what the codes with axial correction exclude", kFixedHalfAngle);
+  t.word("fixed_is", "enough, or too small", angle <= kFixedHalfAngle * kDegree ? "enough" : "too small");
+  return t.take();
+}
+
 store::Table validity_table(const Scenario& s, const analysis::CodeComparison* c, const stats::Tally& tally) {
   compare::TableRows t("validity", "whether the correction is determined, and what the codes were read from");
   t.word("base", "tool code whose errors are drawn", s.base);
@@ -161,11 +186,14 @@ store::Table validity_table(const Scenario& s, const analysis::CodeComparison* c
 }
 
 std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOptions& options) {
-  const std::vector<store::Axis> axes{
-      {"inclination", "deg", "inclination of the last station", s.inclination_deg},
-      {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
+  const bool places = !s.latitude_deg.empty();
+  const std::vector<store::Axis> axes =
+      places
+          ? std::vector<store::Axis>{{"latitude", "deg", "geodetic latitude, north positive", s.latitude_deg},
+                                     {"longitude", "deg", "longitude, east positive", s.longitude_deg}}
+          : std::vector<store::Axis>{{"inclination", "deg", "inclination of the last station", s.inclination_deg},
+                                     {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
   std::vector<store::Map> maps;
-  constexpr std::array<CodeQuantity, 3> kMapped{CodeQuantity::lateral, CodeQuantity::azimuth, CodeQuantity::worst};
   for (const CodeQuantity q : kMapped)
     maps.push_back({std::string("ratio_") + name_of(q),
                     "1",
@@ -173,36 +201,63 @@ std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOption
                     axes,
                     {}});
   maps.push_back({"class", "1", "of lateral: 0 free, 1 kept, 2 broken, 3 harmful, 4 undetermined", axes, {}});
-  for (const double inclination : s.inclination_deg) {
-    if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
-    for (const double azimuth : s.azimuth_deg) {
-      const survey::Survey well = analysis::make_well(*s.design, inclination * kDegree, azimuth * kDegree);
-      const analysis::CodeComparison c = analysis::compare_code(well, s.field, s.which, false);
-      for (std::size_t i = 0; i < kMapped.size(); ++i) {
-        const analysis::CodeSds sds =
-            analysis::code_sds(c, well, kMapped[i], CodeScope::magnetic, c.stations.fields.size() - 1);
-        maps[i].values.push_back(sds.ratio());
-        if (i > 0) continue;
-        const std::string cls = analysis::code_class(analysis::code_verdict(sds.ratio_before(), s.margin),
-                                                     analysis::code_verdict(sds.ratio(), s.margin));
-        maps.back().values.push_back(
-            static_cast<double>(std::find(analysis::kCodeClasses.begin(), analysis::kCodeClasses.end(), cls) -
-                                analysis::kCodeClasses.begin()));
-      }
+  maps.push_back({"kappa",
+                  "1",
+                  "of the last station, s_h / (Bh sin^2 x), x from magnetic east or west: codes with axial correction "
+                  "hold below 0.12",
+                  axes,
+                  {}});
+  maps.push_back({"half_angle", "deg", "about magnetic east and west, below which kappa is above 0.12", axes, {}});
+  const auto add_cell = [&](const survey::Survey& well, const survey::ReferenceField& field) {
+    const analysis::CodeComparison c = analysis::compare_code(well, field, s.which, false);
+    for (std::size_t i = 0; i < kMapped.size(); ++i) {
+      const analysis::CodeSds sds =
+          analysis::code_sds(c, well, kMapped[i], CodeScope::magnetic, c.stations.fields.size() - 1);
+      maps[i].values.push_back(sds.ratio());
+      if (i > 0) continue;
+      const std::string cls = analysis::code_class(analysis::code_verdict(sds.ratio_before(), s.margin),
+                                                   analysis::code_verdict(sds.ratio(), s.margin));
+      maps[kClassMap].values.push_back(
+          static_cast<double>(std::find(analysis::kCodeClasses.begin(), analysis::kCodeClasses.end(), cls) -
+                              analysis::kCodeClasses.begin()));
     }
+    const survey::Station& last = well.stations.back();
+    maps[kClassMap + 1].values.push_back(analysis::axial_kappa(s.which.draws, field, last.inclination, last.azimuth));
+    maps[kClassMap + 2].values.push_back(analysis::axial_half_angle(s.which.draws, field) / kDegree);
+  };
+  const auto look_for_stop = [&] {
+    if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
+  };
+  for (const double latitude : s.latitude_deg) {
+    look_for_stop();
+    for (const double longitude : s.longitude_deg)
+      add_cell(*s.well, s.places.at(latitude * kDegree, longitude * kDegree));
+  }
+  for (const double inclination : s.inclination_deg) {
+    look_for_stop();
+    for (const double azimuth : s.azimuth_deg)
+      add_cell(analysis::make_well(*s.design, inclination * kDegree, azimuth * kDegree), s.field);
   }
   return maps;
 }
 
 store::Table shares_table(const Scenario& s, const std::vector<store::Map>& maps) {
-  compare::TableRows t("shares", "share of the directions of the map by class of the lateral position, first order");
-  const std::vector<double>& classes = maps.back().values;
+  compare::TableRows t("shares", "share of the map by class of the lateral position, first order");
+  const std::vector<double>& classes = maps[kClassMap].values;
+  // A cell of a map over places has an area.
+  const auto weight = [&](std::size_t cell) {
+    return s.latitude_deg.empty() ? 1.0 : std::cos(s.latitude_deg[cell / s.longitude_deg.size()] * kDegree);
+  };
+  std::array<double, analysis::kCodeClasses.size()> parts{};
+  double all = 0;
+  for (std::size_t cell = 0; cell < classes.size(); ++cell) {
+    parts[static_cast<std::size_t>(classes[cell])] += weight(cell);
+    all += weight(cell);
+  }
   t.word("correction", "of the readings", s.correction);
-  t.count("directions", "of the map", classes.size());
+  t.count("cells", "directions or places of the map", classes.size());
   for (std::size_t i = 0; i < analysis::kCodeClasses.size(); ++i)
-    t.number(analysis::kCodeClasses[i], "1", "share of the directions",
-             static_cast<double>(std::count(classes.begin(), classes.end(), static_cast<double>(i))) /
-                 static_cast<double>(classes.size()));
+    t.number(analysis::kCodeClasses[i], "1", "share of the directions, or of the area", parts[i] / all);
   double most = kNaN;
   for (const double ratio : maps.front().values)
     if (!(ratio <= most)) most = std::isnan(ratio) ? most : ratio;

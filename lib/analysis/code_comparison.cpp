@@ -1,5 +1,6 @@
 #include "analysis/code_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/standard_deviation.h"
@@ -22,6 +23,34 @@ std::array<double, kCodeInputs> variances(const CorrectedErrors& e, const CodeCo
   return v;
 }
 
+/// The mean over turns of the tool. Variances of what is left have up to four periods a turn where every station is
+/// corrected for itself; those of an estimate of the run are nearly so.
+constexpr int kTurns = 8;
+
+CorrectedErrors errors_left(const MeasuredStations& stations, const survey::Survey& survey, const CodeCase& which,
+                            const Correction& correction) {
+  CorrectedErrors mean = corrected_errors(stations, which.draws, which.noise, correction);
+  if (!which.turned) return mean;
+  for (int i = 1; i < kTurns && mean.determined; ++i) {
+    survey::Survey turned = survey;
+    for (survey::Station& s : turned.stations) s.toolface += i * 2 * kPi / kTurns;
+    const CorrectedErrors e =
+        corrected_errors(measured_stations(turned, stations.field, which.claimed->first_leg_doubled()), which.draws,
+                         which.noise, correction);
+    mean.determined = e.determined;
+    mean.condition = std::max(mean.condition, e.condition);
+    for (std::size_t input = 0; input < kCodeInputs; ++input) {
+      mean.position[input] += e.position[input];
+      if (!e.determined) continue;
+      for (std::size_t k = 0; k < mean.azimuth.size(); ++k) mean.azimuth[k][input] += e.azimuth[k][input];
+    }
+  }
+  for (Eigen::Matrix3d& c : mean.position) c /= kTurns;
+  for (auto& station : mean.azimuth)
+    for (double& v : station) v /= kTurns;
+  return mean;
+}
+
 double variance(const Eigen::Matrix3d& c, const Eigen::RowVector3d& along) { return along * c * along.transpose(); }
 
 }  // namespace
@@ -33,10 +62,9 @@ CodeComparison compare_code(const survey::Survey& survey, const survey::Referenc
   c.magnetic = which.claimed->magnetic(survey, field);
   c.carried.azimuth.assign(survey.stations.size(), 0);
   if (with_carried) c.carried = which.claimed->carried(survey, field);
-  c.before = corrected_errors(c.stations, which.draws, which.noise, {});
-  c.after = which.correction.kind == Correction::Kind::none
-                ? c.before
-                : corrected_errors(c.stations, which.draws, which.noise, which.correction);
+  c.before = errors_left(c.stations, survey, which, {});
+  c.after = which.correction.kind == Correction::Kind::none ? c.before
+                                                            : errors_left(c.stations, survey, which, which.correction);
   return c;
 }
 
@@ -123,6 +151,24 @@ CodeRequirement code_requirement(const CodeComparison& c, const survey::Survey& 
     return part > 0 ? std::sqrt((most - rest) / part) : kInfinity;
   };
   return {factor(v[kTotalField] + v[kDip]), factor(v[kInterference])};
+}
+
+double horizontal_field_sd(const propagate::CodeDraws& d, const survey::ReferenceField& field) {
+  const double horizontal = field.total * std::cos(field.dip), vertical = field.total * std::sin(field.dip);
+  return std::hypot(
+      std::hypot(d.run.total, d.station.total) * std::cos(field.dip), vertical * std::hypot(d.run.dip, d.station.dip),
+      std::hypot(d.sensors[survey::kMagnetometerBias], d.sensors[survey::kMagnetometerScale] * horizontal));
+}
+
+double axial_kappa(const propagate::CodeDraws& draws, const survey::ReferenceField& field, double inclination,
+                   double azimuth) {
+  const double along_east = std::sin(inclination) * std::sin(azimuth - field.declination);
+  return horizontal_field_sd(draws, field) / (field.total * std::cos(field.dip) * (1 - along_east * along_east));
+}
+
+double axial_half_angle(const propagate::CodeDraws& draws, const survey::ReferenceField& field) {
+  const double square = horizontal_field_sd(draws, field) / (kLargestKappa * field.total * std::cos(field.dip));
+  return square < 1 ? std::asin(std::sqrt(square)) : kPi / 2;
 }
 
 std::array<double, kCodeInputs> code_budget(const CorrectedErrors& e, const CodeComparison& c, const survey::Survey& s,

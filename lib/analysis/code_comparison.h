@@ -21,6 +21,7 @@ struct CodeCase {
   double noise = 0;  ///< nT
   Correction correction;
   std::shared_ptr<const propagate::ClaimedCode> claimed;
+  bool turned = false;  ///< the tool of the whole run by any angle, as likely: what codes are the mean over
 };
 
 /// A survey before and after its correction, beside the claim. The last four belong to the last station.
@@ -70,6 +71,20 @@ struct CodeRequirement {
 };
 CodeRequirement code_requirement(const CodeComparison& comparison, const survey::Survey& survey, CodeQuantity quantity,
                                  double margin);
+
+/// Codes with axial correction hold to first order where kappa is below this, in a level hole.
+inline constexpr double kLargestKappa = 0.12;
+/// sd of the error of the horizontal field that the correction matches, nT: reference, biases and scales of the cross
+/// axes.
+///   s_h^2 = (sB^2 + sBk^2) cos^2 dip + Bv^2 (sd^2 + sdk^2) + bias^2 + (scale Bh)^2
+double horizontal_field_sd(const propagate::CodeDraws& draws, const survey::ReferenceField& field);
+/// kappa = s_h / (Bh sin^2 x), x: angle between the hole and magnetic east or west. Curvature over slope of a level
+/// hole; out of the level the curvature is smaller, and kappa an upper bound.
+double axial_kappa(const propagate::CodeDraws& draws, const survey::ReferenceField& field, double inclination,
+                   double azimuth);
+/// Angle about magnetic east and west in which kappa is above kLargestKappa: asin sqrt(s_h / (kLargestKappa Bh)), rad;
+/// pi / 2 where it is so everywhere.
+double axial_half_angle(const propagate::CodeDraws& draws, const survey::ReferenceField& field);
 
 /// Shares of the variance by input (CodeInput) of `quantity` at the last station. NaN where undetermined.
 std::array<double, kCodeInputs> code_budget(const CorrectedErrors& errors, const CodeComparison& comparison,

@@ -72,6 +72,29 @@ double convergence_at(config::ConfigReader& c, const std::optional<earth::Place>
   return convergence_of_grid(c, place ? *place : read_place(c));
 }
 
+/// Of field.model, beside which stands nothing that it gives.
+std::string read_model_name(config::ConfigReader& c) {
+  const std::string name = c.choice(
+      "field.model", kFieldModels,
+      "model that gives total field, dip, declination and gravity of the place; these keys may not stand beside it");
+  for (const char* key : {"field.total_nT", "field.dip_deg", "field.declination_deg", "field.gravity_mps2"})
+    if (c.has(key))
+      c.fail(key, fmt::format("not together with field.model = \"{}\", which gives it: take one away", name));
+  return name;
+}
+
+double read_height(config::ConfigReader& c) {
+  return c.number("field.height_m", config::Range::closed(kLowest, kHighest),
+                  "height above the ellipsoid; heights above the sea differ by up to 100 m (2.5 nT)", 0);
+}
+
+double read_year(config::ConfigReader& c, const earth::GeomagneticModel& model, const std::string& name) {
+  const double year = c.decimal_year("field.date", "day of the survey, within the model's life from 2025.0 to 2030.0");
+  c.require(model.is_valid_in(year), "field.date",
+            fmt::format("{} is valid from {:.1f} to {:.1f}", name, model.epoch(), model.end()));
+  return year;
+}
+
 void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
   const bool allowed = c.choice("field.blackout", {"refuse", "allow"},
                                 "a place in the blackout zone, where the horizontal field is below 2000 nT: 'refuse' "
@@ -92,6 +115,22 @@ void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
 
 }  // namespace
 
+survey::ReferenceField FieldOfPlaces::at(double latitude, double longitude) const {
+  const earth::Place place{latitude, longitude, height};
+  const earth::MagneticElements e = earth::magnetic_elements(earth::wmm2025().field(place, year).vector);
+  return {earth::normal_gravity(place), e.total, e.dip, e.declination, 0};
+}
+
+FieldOfPlaces read_field_of_places(config::ConfigReader& c) {
+  const std::string name = read_model_name(c);
+  for (const char* key : {"field.latitude_deg", "field.longitude_deg", "field.grid", "field.convergence_deg"})
+    if (c.has(key)) c.fail(key, "not together with places of a map: azimuths are from true north there");
+  FieldOfPlaces f;
+  f.height = read_height(c);
+  f.year = read_year(c, earth::wmm2025(), name);
+  return f;
+}
+
 double read_convergence(config::ConfigReader& c) { return convergence_at(c, std::nullopt); }
 
 std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
@@ -103,20 +142,12 @@ std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
       c.fail("field.longitude_deg", "only with field.model = \"wmm2025\" or field.grid");
     return std::nullopt;
   }
-  const std::string name = c.choice(
-      "field.model", kFieldModels,
-      "model that gives total field, dip, declination and gravity of the place; these keys may not stand beside it");
-  for (const char* key : {"field.total_nT", "field.dip_deg", "field.declination_deg", "field.gravity_mps2"})
-    if (c.has(key))
-      c.fail(key, fmt::format("not together with field.model = \"{}\", which gives it: take one away", name));
+  const std::string name = read_model_name(c);
   const earth::GeomagneticModel& model = earth::wmm2025();
   PlacedField f;
   f.place = read_place(c);
-  f.place.height = c.number("field.height_m", config::Range::closed(kLowest, kHighest),
-                            "height above the ellipsoid; heights above the sea differ by up to 100 m (2.5 nT)", 0);
-  f.year = c.decimal_year("field.date", "day of the survey, within the model's life from 2025.0 to 2030.0");
-  c.require(model.is_valid_in(f.year), "field.date",
-            fmt::format("{} is valid from {:.1f} to {:.1f}", name, model.epoch(), model.end()));
+  f.place.height = read_height(c);
+  f.year = read_year(c, model, name);
   f.magnetic = model.field(f.place, f.year);
   const earth::MagneticElements e = earth::magnetic_elements(f.magnetic.vector);
   f.zone = earth::compass_zone(e.horizontal);

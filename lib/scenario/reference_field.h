@@ -24,6 +24,17 @@ struct PlacedField {
 /// Throws InputError, also where one of the numbers that the model gives stands beside it.
 std::optional<PlacedField> read_placed_field(config::ConfigReader& config);
 
+/// A model's field at one height and date, for maps over places: nothing is refused near the magnetic poles, where the
+/// horizontal field is small.
+struct FieldOfPlaces {
+  double height = 0;                                                   ///< m
+  double year = 0;                                                     ///< decimal
+  survey::ReferenceField at(double latitude, double longitude) const;  ///< rad; convergence 0
+};
+/// `[field] model = "wmm2025", height_m (0), date` of a config whose places stand elsewhere. Throws InputError, also
+/// where one of the numbers that the model gives, or a place, stands beside it.
+FieldOfPlaces read_field_of_places(config::ConfigReader& config);
+
 /// `field.convergence_deg` (0), or `field.grid = { crs = "utm", zone }` (zone: that of the place), which needs
 /// `latitude_deg` and `longitude_deg`: rad.
 double read_convergence(config::ConfigReader& config);

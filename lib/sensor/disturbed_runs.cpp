@@ -35,6 +35,7 @@ void draw_disturbed_runs(const DisturbedRunSetup& s, const random::Stream& strea
                                 s.field.gravity,
                                 s.run,
                                 s.station,
+                                s.turned,
                                 first_trial,
                                 out.magnetic.row(0, 0),
                                 out.down.row(0, 0),

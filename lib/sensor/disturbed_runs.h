@@ -29,6 +29,7 @@ struct DisturbedRunSetup {
   double interference = 0;       ///< nT, once a run, added to the bias of z
   ReferenceErrors run, station;  ///< once a run; new at every station
   double noise = 0;              ///< nT, of a magnetometer reading
+  bool turned = false;  ///< the tool of the whole run is turned about its axis by an angle, uniform, once a run
 
   int stations() const { return static_cast<int>(frames.size() / 9); }
 };
@@ -39,7 +40,7 @@ DisturbedRunSetup disturbed_run_setup(const survey::Survey& survey, const survey
 survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& setup);
 
 /// Fills `out` with trials first_trial, first_trial + 1, ... (first_trial a multiple of kGroup). Channels:
-/// disturbed_run, disturbed_station, and magnetometer_noise with noise.
+/// disturbed_run (index 16: the turn), disturbed_station, and magnetometer_noise with noise.
 void draw_disturbed_runs(const DisturbedRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial,
                          survey::ReadingBlock& out);
 

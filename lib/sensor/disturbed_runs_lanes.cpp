@@ -1,5 +1,8 @@
 #include "sensor/disturbed_runs_lanes.h"
 
+#include <tuple>
+
+#include "base/units.h"
 #include "simd/math.h"
 #include "survey/frames.h"
 
@@ -12,6 +15,11 @@ namespace {
 using T = Lanes;
 
 survey::Vec3<T> vec(const double* p) { return {T(p[0]), T(p[1]), T(p[2])}; }
+
+/// Of a tool that is turned about its axis: toolface larger by the angle.
+survey::Vec3<T> turn(const survey::Vec3<T>& v, const T& sine, const T& cosine) {
+  return {fma(cosine, v.x, sine * v.y), fma(cosine, v.y, -sine * v.x), v.z};
+}
 
 /// One run: 16 draws, then four at every station, of which the last is not used.
 void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>& trial, double* magnetic,
@@ -30,6 +38,11 @@ void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>
   m_bias.z = fma(T(b.interference), z[12], m_bias.z);
   const T total = fma(T(b.run.total), z[13], T(b.total)), dip = fma(T(b.run.dip), z[14], T(b.dip)),
           declination = T(b.run.declination) * z[15];
+  T sin_tool(0.0), cos_tool(1.0);
+  if (b.turned) {
+    const auto angle = stream.uniforms<T>(trial, random::Channel::disturbed_run, Bits<T>(4));
+    std::tie(sin_tool, cos_tool) = sincos(T(2 * kPi) * angle[0]);
+  }
   for (int k = 0; k < b.stations; ++k) {
     const auto draws =
         stream.normals<T>(trial, random::Channel::disturbed_station, Bits<T>(static_cast<std::uint64_t>(k)));
@@ -39,7 +52,9 @@ void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>
     const T horizontal = field * cos_dip, vertical = field * sin_dip;
     const T along_north = horizontal * cos_turn, along_east = horizontal * sin_turn;
     const double* frame = b.frames + 9 * k;
-    const survey::Vec3<T> n = vec(frame), e = vec(frame + 3), u = vec(frame + 6);
+    survey::Vec3<T> n = vec(frame), e = vec(frame + 3), u = vec(frame + 6);
+    if (b.turned)
+      for (survey::Vec3<T>* axis : {&n, &e, &u}) *axis = turn(*axis, sin_tool, cos_tool);
     const auto reading = [&](const T& nc, const T& ec, const T& uc, const T& gain, const T& bias) {
       const T x = fma(nc, along_north, fma(ec, along_east, uc * vertical));
       return fma(gain, x, x) + bias;

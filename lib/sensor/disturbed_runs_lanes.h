@@ -15,6 +15,7 @@ struct DisturbedRunBatch {
   survey::SensorTermArray sd;
   double interference, noise, total, dip, gravity;
   ReferenceErrors run, station;
+  bool turned;
   std::uint64_t first_trial;
   double *magnetic, *down, *reference;
   std::size_t magnetic_stride, down_stride, reference_stride;

@@ -69,7 +69,8 @@ std::shared_ptr<const RunPlan::ReadPoint> RunPlan::read(std::size_t point) const
   config::ConfigReader reader = config.reader(point);
   const auto p = std::make_shared<ReadPoint>();
   p->plan = read_point(experiment, config, reader);
-  if (reader.has("field.model")) p->placed = scenario::read_placed_field(reader);
+  // A study that maps places has a model without a place.
+  if (reader.has("field.model") && reader.has("field.latitude_deg")) p->placed = scenario::read_placed_field(reader);
   const bool is_family =
       !reader.has("verdict.family") || reader.text("verdict.family", config::kMeaningElsewhere) != "none";
   const std::vector<store::Axis> own = p->plan->map_axes();

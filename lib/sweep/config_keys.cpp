@@ -84,7 +84,7 @@ class Explorer {
     try {
       config::ConfigReader reader = config_.reader(point);
       experiment_.read(reader, {0, experiment_.id});
-      if (reader.has("field.model")) scenario::read_placed_field(reader);
+      if (reader.has("field.model") && !reader.has("map.latitude_deg")) scenario::read_placed_field(reader);
       return true;
     } catch (const std::exception&) {  // what was asked until then counts
       return false;

@@ -120,3 +120,15 @@ TEST_CASE("What a code claims is the sum of its magnetic and of its carried term
     for (std::size_t k = 1; k < 5; ++k) CHECK_THAT(alike.azimuth[k] / alike.azimuth[4], WithinAbs(1, 1e-12));
   }
 }
+
+TEST_CASE("A code claims the same azimuth at every station of a straight hole") {
+  const survey::Survey straight = test::survey_of(4, [](int k) {
+    return survey::Station{30. * k, 60 * kDegree, 50 * kDegree, 0};
+  });
+  for (const std::string name : {"MWD+IFR1+MS", "MWD+SRGM+AX"}) {
+    const std::vector<double> azimuth =
+        ClaimedCode(*shipped(name)).magnetic(straight, test::field_of(50000, 72, 0)).azimuth;
+    // The codes count the first leg twice for the position; the direction of its station is measured once.
+    for (const std::size_t k : {1u, 2u}) CHECK_THAT(azimuth[k], Catch::Matchers::WithinRel(azimuth[3], 1e-12));
+  }
+}

@@ -142,3 +142,22 @@ TEST_CASE("The model's uncertainty is one draw a run of the reference, or the si
   CHECK(a.sigma.dip == Approx(0.20 * kDegree).epsilon(1e-15));
   CHECK(a.field.total == field_of(kWmm + kPlace).total);
 }
+
+TEST_CASE("The field of many places is at each that of the place, by true north") {
+  const auto read = [](const std::string& field) {
+    return test::read_config("[field]\n" + field, [](config::ConfigReader& c) { return read_field_of_places(c); });
+  };
+  const survey::ReferenceField many = read(kWmm + "height_m = 120").at(60.5 * kDegree, 2.5 * kDegree);
+  const survey::ReferenceField one = field_of(kWmm + kPlace + "height_m = 120");
+  CHECK(many.total == one.total);
+  CHECK(many.dip == one.dip);
+  CHECK(many.declination == one.declination);
+  CHECK(many.gravity == one.gravity);
+  CHECK(many.convergence == 0);
+  // Beside the north magnetic pole, where a survey would be refused.
+  CHECK(read(kWmm).at(85 * kDegree, 138 * kDegree).dip > 88 * kDegree);
+  CHECK_THROWS_WITH(read(kWmm + kPlace),
+                    Contains("field.latitude_deg") && Contains("not together with places of a map"));
+  CHECK_THROWS_WITH(read(kWmm + "dip_deg = 72"), Contains("which gives it"));
+  CHECK_THROWS_WITH(read("date = 2026-01-01"), Contains("field.model: missing"));
+}

@@ -96,3 +96,24 @@ TEST_CASE("Positions of a survey with a tie-on: its own without errors, and with
   CHECK((positions(true).first - once - 20 * (turned - first)).norm() < 1e-9);
   CHECK_THAT(lateral, WithinAbs(std::sin(19 * kDegree) * std::sin(-turn), 1e-12));
 }
+
+TEST_CASE("A turned run is the run of a survey whose toolfaces are larger by one angle, draw by draw") {
+  const random::Stream stream(7, 65000);
+  DisturbedRunSetup setup = setup_of(well());
+  setup.turned = true;
+  survey::ReadingBlock block = make_disturbed_block(8, setup);
+  draw_disturbed_runs(setup, stream, 16, block);
+  for (const int trial : {0, 3, 7}) {
+    const std::uint64_t number = static_cast<std::uint64_t>(16 + trial), call = 4;
+    const double angle = 2 * kPi * stream.uniforms<double>(number, random::Channel::disturbed_run, call)[0];
+    survey::Survey turned = well();
+    for (survey::Station& s : turned.stations) s.toolface += angle;
+    survey::ReadingBlock plain = make_disturbed_block(8, setup_of(turned));
+    draw_disturbed_runs(setup_of(turned), stream, 16, plain);
+    for (int row = 0; row < 3 * block.stations; ++row) {
+      CAPTURE(trial, row);
+      CHECK_THAT(block.magnetic.value(trial, row), WithinAbs(plain.magnetic.value(trial, row), 1e-8));
+      CHECK_THAT(block.down.value(trial, row), WithinAbs(plain.down.value(trial, row), 1e-13));
+    }
+  }
+}
