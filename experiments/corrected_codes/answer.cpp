@@ -1,55 +1,104 @@
+#include <string>
+#include <vector>
+
 #include "compare/answer.h"
 #include "store/result_file.h"
 
 namespace surveymc::studies::corrected_codes {
 
+using compare::Phrase;
 using compare::Rows;
 
 namespace {
 
-/// What this correction does at a point: the ratio of the trials where there are some, else that of first order.
-void say_lateral(compare::Answer& answer, const Rows& claims, const std::string& code) {
-  const bool drawn = !claims.with("ratio").empty();
-  const std::string ratio = drawn ? "ratio" : "predicted_ratio", verdict = drawn ? "claim" : "predicted_verdict";
-  const Rows all = claims.where("quantity", "lateral").where("scope", "magnetic"),
-             lateral = all.without(verdict, "undetermined");
-  const Rows best = lateral.at_least(ratio), worst = lateral.at_largest(ratio);
-  if (best.empty()) {
-    if (!all.empty()) answer.say("No correction is determined by the stations of this well.");
-    return;
+std::string in_words(const std::string& correction) {
+  if (correction == "none") return "no correction";
+  if (correction == "msa") return "six parameters (msa)";
+  if (correction == "msa3") return "three biases (msa3)";
+  return correction;
+}
+
+/// `item` behind those that `list` has; nothing is in it as long as it is empty.
+void add(Phrase& list, const Phrase& item) { list = list.text.empty() ? item : Phrase("{}, {}", {list, item}); }
+
+/// The ratio of the trials where there are some, else that of first order, and the verdict by it.
+struct Columns {
+  std::string ratio, verdict, before;
+  explicit Columns(const Rows& claims)
+      : ratio(claims.with("ratio").empty() ? "predicted_ratio" : "ratio"),
+        verdict(claims.with("ratio").empty() ? "predicted_verdict" : "claim"),
+        before(ratio + "_before") {}
+};
+
+/// One well with one correction.
+void say_correction(compare::Answer& answer, const Rows& lateral, const Rows& claims, const std::string& code) {
+  const Columns of(claims);
+  const std::string verdict = lateral.word(of.verdict);
+  const std::string holds = verdict == "holds"          ? "holds"
+                            : verdict == "broken"       ? "does not hold"
+                            : verdict == "undetermined" ? "cannot be judged"
+                                                        : "is undecided";
+  answer.say("{} {} on this well with {}: the lateral sd is {} of what is claimed, {} before the correction.",
+             {code, holds, in_words(lateral.word("correction")), lateral.figure(of.ratio), lateral.figure(of.before)});
+}
+
+/// One well with several corrections: those that hold, and those that do not.
+void say_corrections(compare::Answer& answer, const Rows& lateral, const Columns& of, const std::string& code) {
+  Phrase holds(""), broken(""), open("");
+  for (const std::string& correction : lateral.words("correction")) {
+    const Rows row = lateral.where("correction", correction);
+    const std::string verdict = row.word(of.verdict);
+    const Phrase item("{} with {}", {row.figure(of.ratio), in_words(correction)});
+    add(verdict == "holds"    ? holds
+        : verdict == "broken" ? broken
+                              : open,
+        verdict == "undetermined" ? Phrase("undetermined with {}", {in_words(correction)}) : item);
   }
-  const auto holds = [&](const Rows& row) {
-    const std::string word = row.word(verdict);
-    return word == "holds" ? "holds" : word == "broken" ? "does not hold" : "is " + word;
-  };
-  if (lateral.size() == 1) {
-    answer.say(
-        "{} {} on this well with correction {}: the lateral sd is {} of what is claimed, {} before the correction.",
-        {code, holds(best), best.word("correction"), best.figure(ratio),
-         best.figure(drawn ? "ratio_before" : "predicted_ratio_before")});
-    const Rows azimuth = claims.where("quantity", "azimuth").where("scope", "magnetic");
-    if (!azimuth.empty())
-      answer.say("The azimuth is beyond what is claimed at {} of {} stations.",
-                 {azimuth.where(verdict, "broken").count(), azimuth.count()});
-    return;
+  const char* const ratio_is = "the lateral sd over what is claimed is";
+  if (!broken.text.empty()) answer.say("{} does not hold on this well: {} {}.", {code, ratio_is, broken});
+  if (!holds.text.empty()) answer.say("{} holds on this well: {} {}.", {code, ratio_is, holds});
+  if (!open.text.empty()) answer.say("It cannot be told whether {} holds on this well: {}.", {code, open});
+}
+
+/// Many wells: how often each correction does not hold.
+void say_wells(compare::Answer& answer, const Rows& lateral, const Columns& of, const std::string& code) {
+  Phrase counts("");
+  for (const std::string& correction : lateral.words("correction")) {
+    const Rows rows = lateral.where("correction", correction);
+    add(counts, Phrase("{} of {} with {}", {rows.where(of.verdict, "broken").count(),
+                                            rows.without(of.verdict, "undetermined").count(), in_words(correction)}));
   }
-  answer.say("{} {} at best, with correction {}{}: the lateral sd is {} of what is claimed.",
-             {code, holds(best), best.word("correction"), best.point(), best.figure(ratio)});
-  answer.say("It {} at worst, with correction {}{}: {} of what is claimed, {} before the correction.",
-             {holds(worst), worst.word("correction"), worst.point(), worst.figure(ratio),
-              worst.figure(drawn ? "ratio_before" : "predicted_ratio_before")});
+  answer.say("The lateral sd is beyond what {} claims at this share of the points where it can be told: {}.",
+             {code, counts});
 }
 
 }  // namespace
 
 void answer(compare::Answer& answer, const store::Result& result) {
-  const Rows validity(result.tables, "validity");
-  const std::string code = validity.first().word("claimed");
-  say_lateral(answer, Rows(result.tables, "claims"), code);
-  const Rows decides = Rows(result.tables, "budget").where("quantity", "lateral").at_largest("share");
+  const std::vector<std::string> codes = Rows(result.tables, "validity").words("claimed");
+  const std::string code = codes.size() == 1 ? codes.front() : "the corrected code";
+  const Rows claims = Rows(result.tables, "claims").where("scope", "magnetic");
+  const Columns of(claims);
+  const Rows lateral = claims.where("quantity", "lateral");
+  const bool one_well = lateral.size() == lateral.words("correction").size();
+  const Rows determined = lateral.without(of.verdict, "undetermined"),
+             corrected = determined.without("correction", "none");
+  const Rows worst = (corrected.empty() ? determined : corrected).at_largest(of.ratio);
+  if (worst.empty() && !lateral.empty()) answer.say("No correction is determined by the stations of this well.");
+  if (!worst.empty() && lateral.size() == 1) say_correction(answer, lateral, claims, code);
+  if (!worst.empty() && lateral.size() > 1 && one_well) say_corrections(answer, lateral, of, code);
+  if (!worst.empty() && lateral.size() > 1 && !one_well) say_wells(answer, lateral, of, code);
+  const Rows azimuth = claims.where("quantity", "azimuth").at_point_of(worst);
+  if (!worst.empty() && !azimuth.empty())
+    answer.say("The azimuth is beyond what is claimed at {} of {} stations with {}{}.",
+               {azimuth.where(of.verdict, "broken").count(), azimuth.count(), in_words(worst.word("correction")),
+                one_well ? Phrase("") : worst.point()});
+  const Rows budget = Rows(result.tables, "budget").where("quantity", "lateral");
+  const Rows decides = (one_well ? budget.where("correction", worst.word("correction")) : budget).at_largest("share");
   if (!decides.empty())
-    answer.say("What decides most is {}, with {} of the variance, under correction {}{}.",
-               {decides.word("input"), decides.figure("share").percent(), decides.word("correction"), decides.point()});
+    answer.say("What decides most is {}, with {} of the variance, with {}{}.",
+               {decides.word("input"), decides.figure("share").percent(), in_words(decides.word("correction")),
+                one_well ? Phrase("") : decides.point()});
   const Rows shares(result.tables, "shares");
   if (!shares.empty()) {
     const Rows most = shares.at_largest("broken");
