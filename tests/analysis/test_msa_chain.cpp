@@ -156,7 +156,7 @@ struct Sampled {
   Eigen::Vector3d mean, sd, skewness, kurtosis;
   int trials = 0;
 };
-Sampled sampled(const analysis::MsaChain& chain, int trials) {
+Eigen::Matrix3Xd sampled_values(const analysis::MsaChain& chain, int trials) {
   constexpr int kBatch = 512;
   const random::Stream stream(20190701, 51);
   Eigen::Matrix3Xd all(3, trials);
@@ -171,6 +171,11 @@ Sampled sampled(const analysis::MsaChain& chain, int trials) {
     all.middleCols(first, std::min(kBatch, trials - first)) =
         chain.values(z).leftCols(std::min(kBatch, trials - first));
   }
+  return all;
+}
+
+Sampled sampled(const analysis::MsaChain& chain, int trials) {
+  const Eigen::Matrix3Xd all = sampled_values(chain, trials);
   Sampled s;
   s.trials = trials;
   for (int a = 0; a < 3; ++a) {
@@ -258,4 +263,62 @@ TEST_CASE("At a tenth of the noise all predictions of MSA agree") {
     // The vertical's curvature is in all normals (docs: curvature of Bh), of which these points have eight.
     if (a < 2) CHECK(std::abs(std::sqrt(points.covariance(a, a) / second.covariance(a, a)) - 1) <= 1e-4);
   }
+}
+
+namespace {
+
+/// 30 stations of 30 m that hold an inclination and azimuth, or build to it from the vertical; toolfaces all round.
+survey::Survey made_well(double inclination, double azimuth, bool is_building) {
+  survey::Survey well;
+  for (int k = 0; k < 30; ++k)
+    well.stations.push_back({30.0 * k, inclination * (is_building ? (k + 1) / 30.0 : 1), azimuth, 2.4 * k});
+  return well;
+}
+
+/// The cheapest prediction of the lateral that trials confirm to the margin.
+orders::Order order_by_trials(const orders::Moments& first, const orders::Moments& second,
+                              const orders::Profile& profile, const Eigen::Vector3d& lateral,
+                              const Eigen::MatrixXd& samples, double margin) {
+  const Eigen::ArrayXd x = (lateral.transpose() * samples).transpose().array();
+  const Eigen::ArrayXd d = x - x.mean();
+  const double variance = d.square().mean(), kurtosis = d.square().square().mean() / (variance * variance);
+  const auto holds = [&](const orders::Moments& m) {
+    return std::abs(std::sqrt(lateral.dot(m.covariance * lateral) / variance) - 1) < margin;
+  };
+  if (holds(first) && std::abs(x.mean()) < 0.1 * std::sqrt(variance)) return orders::Order::first;
+  if (holds(second) && std::abs(kurtosis - 3) < 0.5) return orders::Order::second;
+  return holds(orders::moments_of(profile.mixture)) ? orders::Order::profile : orders::Order::sample;
+}
+
+}  // namespace
+
+TEST_CASE("The order that is needed is the one that 20,480 trials need, in nine of ten cells", "[.order_trials]") {
+  constexpr int kTrials = 20'480;
+  constexpr double kMargin = 0.02;
+  const survey::ReferenceField field{9.80665, 50000, 72 * kDegree, 0, 0};
+  int cells = 0, agree = 0;
+  for (const bool is_building : {false, true})
+    for (const double inclination : {5.0, 20.0, 40.0, 55.0, 70.0, 80.0, 85.0, 90.0})
+      for (const double azimuth : {0.5, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 90.0})
+        for (const double dip : {0.05, 0.1, 0.2}) {
+          const survey::Survey well = made_well(inclination * kDegree, azimuth * kDegree, is_building);
+          sensor::NoiseModel noise;
+          noise.magnetometer = 30;
+          noise.reference = sensor::ReferenceNoise::per_run;
+          noise.reference_total = 650 * dip;
+          noise.reference_dip = dip * kDegree;
+          const analysis::MsaChain chain({well, field, sensor::clean_readings(well, field, {}), noise, {}}, {});
+          orders::ExpansionParts parts;
+          parts.squares = true;
+          const orders::Centre centre = orders::centre_of(chain, parts);
+          const orders::Moments first = orders::first_order(centre), second = orders::second_order(chain, centre);
+          const orders::Profile profile = orders::profile(chain, centre);
+          const Eigen::Vector3d lateral(-std::sin(azimuth * kDegree), std::cos(azimuth * kDegree), 0);
+          const orders::OrderVerdict said = orders::order_needed(first, second, profile, lateral, kMargin);
+          ++cells;
+          agree +=
+              said.order == order_by_trials(first, second, profile, lateral, sampled_values(chain, kTrials), kMargin);
+        }
+  CAPTURE(cells, agree);
+  CHECK(agree >= 0.9 * cells);
 }
