@@ -3,7 +3,8 @@
 
 tests/formats/VERSION/NAME.h5.txt is a result of that format_version, compressed by gzip, in base64; NAME.csv is a table of it
 as `surveymc show NAME.h5 TABLE --csv` printed it then, behind a line "TABLE content_hash". They are never made anew: what
-cannot read them any more breaks the promise of docs/results-format.md. To keep a result of today beside them:
+cannot read them any more breaks the promise of docs/results-format.md. (Four had a seal of an older form, which nothing released
+has written: they are sealed as revision 961b4c7 seals.) To keep a result of today beside them:
 check_formats.py SURVEYMC --keep RESULT.h5 TABLE
 """
 import base64
