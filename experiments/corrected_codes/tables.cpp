@@ -71,9 +71,10 @@ store::Table claims_table(const Scenario& s, const std::vector<Claim>& claims, c
            analysis::kCodeScopes[static_cast<std::size_t>(c.scope)]);
     t.word("correction", "of the readings", s.correction);
     t.word("unit", "of the standard deviations", in);
-    t.number("claimed", "", "sd that the code claims", unit * c.sds.claimed);
-    t.number("predicted", "", "sd that is left, first order", unit * c.sds.after);
-    t.estimate("monte_carlo", "", "sd that is left, of the trials", unit * c.after, scaled(c.after_interval, unit));
+    t.number("claimed", "1", "sd that the code claims, in the row's unit", unit * c.sds.claimed);
+    t.number("predicted", "1", "sd that is left, first order, in the row's unit", unit * c.sds.after);
+    t.estimate("monte_carlo", "1", "sd that is left, of the trials, in the row's unit", unit * c.after,
+               scaled(c.after_interval, unit));
     t.number("predicted_ratio", "1", "predicted over claimed", c.sds.ratio());
     t.estimate("ratio", "1", "Monte Carlo over claimed", c.after / c.sds.claimed,
                scaled(c.after_interval, 1 / c.sds.claimed));
@@ -84,7 +85,7 @@ store::Table claims_table(const Scenario& s, const std::vector<Claim>& claims, c
     t.word("claim", "holds, broken, undecided or undetermined, by the trials", j.verdict);
     t.word("predicted_class", "free, kept, broken, harmful or undetermined, by first order", j.predicted_class);
     t.word("class", "the same by the trials", j.judged_class);
-    t.number("mean_shift", "", "mean error that is left, of the trials", unit * c.mean);
+    t.number("mean_shift", "1", "mean error that is left, of the trials, in the row's unit", unit * c.mean);
     t.number("rms_ratio", "1", "root mean square of the error that is left, over claimed, of the trials",
              c.scope == CodeScope::magnetic ? std::hypot(c.after, c.mean) / c.sds.claimed : kNaN);
     t.number("kappa", "1",
@@ -146,7 +147,7 @@ store::Table terms_table(const Scenario& s) {
     t.word("code", "of the term", term.code);
     t.word("model", "tool code", term.model);
     t.word("mode", "R: anew at every station; S, W, G: once a run", std::string(1, term.mode));
-    t.number("magnitude", "", "one standard deviation", term.magnitude);
+    t.number("magnitude", "1", "one standard deviation, in the row's unit", term.magnitude);
     t.word("unit", "of the magnitude", term.unit);
     t.word("drawn_as", "error of the six axes or of the reference; carried: not drawn", term.drawn_as);
   }
