@@ -88,11 +88,10 @@ void answer(compare::Answer& answer, const store::Result& result) {
   if (!worst.empty() && lateral.size() == 1) say_correction(answer, lateral, claims, code);
   if (!worst.empty() && lateral.size() > 1 && one_well) say_corrections(answer, lateral, of, code);
   if (!worst.empty() && lateral.size() > 1 && !one_well) say_wells(answer, lateral, of, code);
-  const Rows azimuth = claims.where("quantity", "azimuth").at_point_of(worst);
-  if (!worst.empty() && !azimuth.empty())
-    answer.say("The azimuth is beyond what is claimed at {} of {} stations with {}{}.",
-               {azimuth.where(of.verdict, "broken").count(), azimuth.count(), in_words(worst.word("correction")),
-                one_well ? Phrase("") : worst.point()});
+  const Rows azimuth = claims.where("quantity", "azimuth").where("correction", worst.word("correction"));
+  if (one_well && !worst.empty() && !azimuth.empty())
+    answer.say("The azimuth is beyond what is claimed at {} of {} stations with {}.",
+               {azimuth.where(of.verdict, "broken").count(), azimuth.count(), in_words(worst.word("correction"))});
   const Rows budget = Rows(result.tables, "budget").where("quantity", "lateral");
   const Rows decides = (one_well ? budget.where("correction", worst.word("correction")) : budget).at_largest("share");
   if (!decides.empty())

@@ -30,7 +30,7 @@ def commands():
     def of(text):
         return {f for line in re.findall(r"^  (-[^ ]*(?:,-[^ ]*)*)", text, re.M) for f in options(line.replace(",", " "))}
 
-    return {"": of(top), **{name: {"--help"} if name in PYTHON_SIDE else of(call(name, "--help")) for name in names}}
+    return {"": of(top), **{name: {"-h", "--help"} if name in PYTHON_SIDE else of(call(name, "--help")) for name in names}}
 
 
 class ManPage(unittest.TestCase):

@@ -175,7 +175,7 @@ def wrong_reading(scenario, site, done, folder):
         return f"exit {done.returncode}, and a file has changed"
     if done.returncode != DONE or TIMES.sub("", done.stdout) == scenario.printed:
         return None
-    told = not site.endswith(":short") and re.search(r"\.part: cannot be read", done.stderr)  # status goes on to the others
+    told = not site.endswith(":short") and re.search(r"\.part: cannot be read", done.stdout + done.stderr)  # status goes on to the others
     return None if told else f"exit 0, and prints something else: {done.stdout[-300:]!r}, {done.stderr[-300:]!r}"
 
 
