@@ -26,6 +26,8 @@ from . import drawing, reading, saving, wording
 from .reading import PlotError
 from .tool_codes import cell_edges
 
+SPANS = ("correction.kind", "case")  # keys of a sweep that has figures of its own here
+
 DEGREE = "\N{DEGREE SIGN}"
 # Told apart by lightness, too.
 CLASSES = (("free", "#A6D8F0", "free: the uncorrected survey holds, too"),
@@ -243,7 +245,7 @@ def budget_figure(title, claimed, budget, keys):
     wells = wells_of(lateral, keys)
     kinds = [k for k in LOOKS if k in set(lateral["correction"])]
     columns = min(len(wells), 4)
-    figure, axes = drawing.panels(len(wells), (3.3, 0.26 * len(kinds) + 0.95), columns=columns, sharex=True, sharey=True)
+    figure, axes = drawing.panels(len(wells), (3.3 if columns > 1 else 6.6, max(2.0, 0.26 * len(kinds) + 0.95)), columns=columns, sharex=True, sharey=True)
     used = set()
     for ax, (name, rows) in zip(axes, wells):
         for y, kind in enumerate(kinds):
