@@ -85,7 +85,7 @@ class AnyResult(unittest.TestCase):
             config, result = Path(folder, f"{study}_{kind}.toml"), Path(folder, f"{study}_{kind}.h5")
             new = subprocess.run([PROGRAM, "new", study, "-o", config], capture_output=True, text=True)
             self.assertEqual(new.returncode, 0, new.stderr)
-            text = re.sub(r"(?m)^\[sweep\]\n(?:\S.*\n)*", "", config.read_text())
+            text = re.sub(r"(?m)^\[sweep\].*\n(?:\S.*\n)*", "", config.read_text())
             config.write_text(text + "\n" + sweep_of(kind, ends))
             run = subprocess.run([PROGRAM, "run", config, "-o", result, "-q", "--threads", "2", *(w for s in settings for w in ("--set", s))],
                                  capture_output=True, text=True)
