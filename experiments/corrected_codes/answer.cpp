@@ -31,13 +31,9 @@ struct Columns {
 };
 
 /// One well with one correction.
-void say_correction(compare::Answer& answer, const Rows& lateral, const Rows& claims, const std::string& code) {
-  const Columns of(claims);
+void say_correction(compare::Answer& answer, const Rows& lateral, const Columns& of, const std::string& code) {
   const std::string verdict = lateral.word(of.verdict);
-  const std::string holds = verdict == "holds"          ? "holds"
-                            : verdict == "broken"       ? "does not hold"
-                            : verdict == "undetermined" ? "cannot be judged"
-                                                        : "is undecided";
+  const char* const holds = verdict == "holds" ? "holds" : verdict == "broken" ? "does not hold" : "is undecided";
   answer.say("{} {} on this well with {}: the lateral sd is {} of what is claimed, {} before the correction.",
              {code, holds, in_words(lateral.word("correction")), lateral.figure(of.ratio), lateral.figure(of.before)});
 }
@@ -68,7 +64,7 @@ void say_wells(compare::Answer& answer, const Rows& lateral, const Columns& of, 
     add(counts, Phrase("{} of {} with {}", {rows.where(of.verdict, "broken").count(),
                                             rows.without(of.verdict, "undetermined").count(), in_words(correction)}));
   }
-  answer.say("The lateral sd is beyond what {} claims at this share of the points where it can be told: {}.",
+  answer.say("The lateral sd is beyond what {} claims at so many of the points where it can be told: {}.",
              {code, counts});
 }
 
@@ -85,7 +81,7 @@ void answer(compare::Answer& answer, const store::Result& result) {
              corrected = determined.without("correction", "none");
   const Rows worst = (corrected.empty() ? determined : corrected).at_largest(of.ratio);
   if (worst.empty() && !lateral.empty()) answer.say("No correction is determined by the stations of this well.");
-  if (!worst.empty() && lateral.size() == 1) say_correction(answer, lateral, claims, code);
+  if (!worst.empty() && lateral.size() == 1) say_correction(answer, lateral, of, code);
   if (!worst.empty() && lateral.size() > 1 && one_well) say_corrections(answer, lateral, of, code);
   if (!worst.empty() && lateral.size() > 1 && !one_well) say_wells(answer, lateral, of, code);
   const Rows azimuth = claims.where("quantity", "azimuth").where("correction", worst.word("correction"));

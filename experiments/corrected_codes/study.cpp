@@ -73,8 +73,7 @@ Judged judge(const Claim& c, double margin) {
 }
 
 CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scenario)) {
-  if (!s_.well) return;
-  if (!s_.latitude_deg.empty()) return;  // of many fields
+  if (!s_.well || !s_.latitude_deg.empty()) return;  // a map over places has many fields
   comparison_ = analysis::compare_code(*s_.well, s_.field, s_.which, s_.wants(CodeScope::total));
   rows_ = rows_of(s_, &*comparison_);
   for (std::size_t i = 0; i < kPositionCount; ++i) {

@@ -22,7 +22,7 @@ inline constexpr std::size_t kPositionCount = kPositions.size();
 /// `comparison`: of the well; without it the rows have no predictions.
 std::vector<compare::Row> rows_of(const Scenario& scenario, const analysis::CodeComparison* comparison = nullptr);
 
-/// One row of table `claims`: a quantity at a depth, in one scope. Angles are sinI dA in degrees.
+/// One row of table `claims`: a quantity at a depth, in one scope. Lengths in m, of azimuth sinI dA in rad.
 struct Claim {
   analysis::CodeQuantity quantity = {};
   analysis::CodeScope scope = {};
@@ -81,7 +81,8 @@ store::Table terms_table(const Scenario& scenario);
 store::Table zone_table(const Scenario& scenario);
 store::Table validity_table(const Scenario& scenario, const analysis::CodeComparison* comparison,
                             const stats::Tally& tally);
-/// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, and table `shares` of the classes. Throws Interrupted.
+/// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, kappa, half_angle; table `shares` of the classes.
+/// Throws Interrupted.
 std::vector<store::Map> code_maps(const Scenario& scenario, const montecarlo::RunOptions& options);
 store::Table shares_table(const Scenario& scenario, const std::vector<store::Map>& maps);
 

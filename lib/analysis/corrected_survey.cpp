@@ -41,9 +41,9 @@ std::array<double, kRunInputs> run_sizes(const propagate::CodeDraws& d, const su
 }
 
 /// How the down direction of a station follows biases and scales of its accelerometers, per unit.
-Eigen::Matrix<double, 3, 6> down_by_accelerometers(const Vector3d& u, double gravity) {
+Matrix36d down_by_accelerometers(const Vector3d& u, double gravity) {
   const Matrix3d across = Matrix3d::Identity() - u * u.transpose();
-  Eigen::Matrix<double, 3, 6> d;
+  Matrix36d d;
   d.leftCols<3>() = across / gravity;
   d.rightCols<3>() = across * u.asDiagonal();
   return d;

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "base/units.h"
+#include "estimate/sensitivity.h"
 #include "simd/dual.h"
 #include "simd/jet.h"
 #include "stats/linear_algebra.h"
@@ -19,6 +20,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using estimate::FieldFitPoint;
+using estimate::Matrix6d;
+using estimate::Matrix83d;
+using estimate::Matrix8d;
+using estimate::Vector6d;
+using estimate::Vector8d;
 
 namespace {
 
@@ -27,12 +33,7 @@ namespace {
 /// total field, dip that were given.
 constexpr int kUnknowns = 8, kLocals = 8, kInputs = 8, kGivenTotal = 6, kGivenDip = 7;
 using Jet8 = simd::Jet<kLocals>;
-using Vector8d = Eigen::Matrix<double, 8, 1>;
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
 using Matrix38d = Eigen::Matrix<double, 3, 8>;
-using Matrix83d = Eigen::Matrix<double, 8, 3>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 /// By the normals of the whole run: at most two of the reference and six of the tool.
 using MatrixOfRun = Eigen::Matrix<double, 8, Eigen::Dynamic, 0, 8, 8>;
 

@@ -78,10 +78,6 @@ Shape shape_along(const Mixture& mixture, const Eigen::Vector3d& direction) {
   return s;
 }
 
-double probability_below(const Mixture& mixture, const Eigen::Vector3d& direction, double x) {
-  return below(along(mixture, direction), x);
-}
-
 double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double p) {
   const std::vector<Line> parts = along(mixture, direction);
   double lo = kInfinity, hi = -kInfinity;
@@ -94,15 +90,6 @@ double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double
     (below(parts, middle) < p ? lo : hi) = middle;
   }
   return 0.5 * (lo + hi);
-}
-
-double density(const Mixture& mixture, const Eigen::Vector3d& direction, double x, double width) {
-  double sum = 0;
-  for (const Line& l : along(mixture, direction)) {
-    const double sd = std::max(l.sd, width), u = (x - l.mean) / sd;
-    sum += l.weight * std::exp(-0.5 * u * u) / (sd * std::sqrt(2 * kPi));
-  }
-  return sum;
 }
 
 std::vector<double> inside_ellipse(const Mixture& mixture, const Eigen::Vector3d& centre, const Eigen::Matrix3d& c,

@@ -23,12 +23,8 @@ struct Shape {
 };
 Shape shape_along(const Mixture& mixture, const Eigen::Vector3d& direction);
 
-/// P(component <= x), and its inverse, p in (0, 1).
-double probability_below(const Mixture& mixture, const Eigen::Vector3d& direction, double x);
+/// The x with P(component <= x) = p, p in (0, 1).
 double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double p);
-
-/// Probability density of the component, 1/m. Parts are no narrower than `width` (m).
-double density(const Mixture& mixture, const Eigen::Vector3d& direction, double x, double width);
 
 /// Probability of (x - centre)' C^-1 (x - centre) <= k^2 of the horizontal parts of x, centre and C, for every k: what
 /// the ellipse of k sigma holds. By quadrature, right to 1e-6 a part; the parts of a profile of 241 points without

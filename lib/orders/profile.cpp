@@ -139,8 +139,7 @@ Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& 
   ExpansionParts parts;
   parts.directions = p.direction;
   std::vector<Node> nodes, every_other;
-  for (int i = 0; i < options.nodes; ++i) {
-    const double t = even_grid(kNodeReach, options.nodes)[static_cast<std::size_t>(i)];
+  for (const double t : even_grid(kNodeReach, options.nodes)) {
     const auto nearest = std::min_element(found.begin(), found.end(), [&](Eigen::Index a, Eigen::Index b) {
       return std::abs(grid[static_cast<std::size_t>(a)] - t) < std::abs(grid[static_cast<std::size_t>(b)] - t);
     });
@@ -148,13 +147,13 @@ Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& 
     const Eigen::VectorXd state =
         path.states.rows() > 0 ? Eigen::VectorXd(path.states.col(*nearest)) : Eigen::VectorXd();
     nodes.push_back(node_at(t, chain.expand(t * p.direction, state, parts), p.direction));
-    if (i % 2 == 0) every_other.push_back(nodes.back());
+    if (nodes.size() % 2 == 1) every_other.push_back(nodes.back());
   }
   const std::size_t all = nodes.size();
   nodes = without_wild(nodes);
   every_other = without_wild(every_other);
   p.nodes_left_out = static_cast<int>(all - nodes.size());
-  if (nodes.empty()) return p;
+  if (nodes.empty() || every_other.empty()) return p;
 
   Expansion at_centre = chain.expand(Eigen::VectorXd::Zero(d), centre.state, parts);
   at_centre.squares = e.squares;

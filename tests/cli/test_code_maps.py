@@ -54,7 +54,6 @@ HALF_ANGLES = {"SRGM+AX, dip 0": 12, "SRGM+AX, dip 60": 15, "SRGM+AX, dip 72": 1
 CIRCLES = {15: (1.113, 1.100, 1.056, 1.024, 1.015, 1.008), 10: (1.117, 1.256, 1.242, 1.165, 1.102, 1.022)}
 
 
-
 def rows_of(path, table):
     with h5py.File(path) as file:
         names = list(file[f"tables/{table}"])

@@ -26,7 +26,7 @@ from . import drawing, reading, saving, wording
 from .reading import PlotError
 from .tool_codes import cell_edges
 
-SPANS = ("correction.kind", "case")  # keys of a sweep that has figures of its own here
+SPANS = ("correction.kind",)  # keys of a sweep that has figures of its own here
 
 DEGREE = "\N{DEGREE SIGN}"
 # Told apart by lightness, too.
