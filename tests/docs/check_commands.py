@@ -3,8 +3,8 @@
 
     check_commands.py SURVEYMC SOURCE
 
-Every `surveymc COMMAND ... --option` of README.md, CHANGELOG.md, docs/ and configs/ is held against --help: the command is there, and so
-are its options. A config that it names is in the tree or made on its page. The exit codes of docs/results-format.md, the
+Every `surveymc COMMAND ... --option` of README.md, docs/ and configs/ is held against --help: the command is there, and so
+are its options. A config that it names is in the tree or made on its page. The exit codes of docs/exit-codes.md, the
 manual and the program are the same. Pages that speak of what a command no longer has are found so.
 """
 import pathlib
@@ -70,24 +70,24 @@ def faults_of(page, known):
 
 
 def exit_codes():
-    page = (source / "docs/results-format.md").read_text()
-    of_page = set(re.findall(r"^\| (\d+) \|", re.search(r"^## Exit codes\n.*?(?=^## )", page, re.M | re.S)[0], re.M))
+    page = (source / "docs/exit-codes.md").read_text()
+    of_page = set(re.findall(r"^\| (\d+) \|", page, re.M))
     of_manual = set(re.findall(r"^\.B (\d+)$", call("man").split(".SH EXIT STATUS")[1].split(".SH")[0], re.M))
     of_code = set(re.findall(r"k\w+ = (\d+)", re.search(r"enum Exit \{.*?\};", (source / "lib/cli/exit_codes.h").read_text(), re.S)[0]))
     return [f"exit codes: {name} has {sorted(codes)}, the program {sorted(of_code)}"
-            for name, codes in [("docs/results-format.md", of_page), ("surveymc man", of_manual)] if codes != of_code]
+            for name, codes in [("docs/exit-codes.md", of_page), ("surveymc man", of_manual)] if codes != of_code]
 
 
 def main():
     known = known_commands()
-    pages = [source / "README.md", source / "CHANGELOG.md", *sorted(source.glob("docs/**/*.md")), *sorted(source.glob("configs/**/*.toml"))]
+    pages = [source / "README.md", *sorted(source.glob("docs/**/*.md")), *sorted(source.glob("configs/**/*.toml"))]
     faults, commands = exit_codes(), 0
     for page in pages:
         found, n = faults_of(page, known)
         faults += found
         commands += n
     used = {name for name in known if name}
-    text = "\n".join(p.read_text() for p in pages[:2] + [source / f"docs/{page}.md" for page in ("using", "results-format", "cluster")])
+    text = "\n".join(p.read_text() for p in pages[:1] + [source / f"docs/{page}.md" for page in ("using", "show", "diff", "cluster")])
     faults += [f"surveymc {name}: no page names it" for name in sorted(used) if not re.search(rf"surveymc {name}\b|`{name}\b", text)]
     print("\n".join(faults) or f"{len(pages)} pages and configs, {commands} commands")
     sys.exit(bool(faults))

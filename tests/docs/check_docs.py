@@ -4,22 +4,26 @@
     check_docs.py SURVEYMC [PAGE ...] [--full] [--sample N] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
 
 A page is one of docs/studies/, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these). Its
-numbers are tied to commands by comments that no reader sees, behind the text that quotes them:
+numbers are tied to commands by a file that no reader of the page sees: docs/claims/NAME.toml for docs/FOLDER/NAME.md, and
+docs/claims/README.toml for README.md.
 
-    <!-- numbers of: surveymc run configs/thesis/table5.toml --trials 1000000
-    small: --trials 4000
+    [[numbers]]
+    section = "Table 5"                         # heading of the section that quotes them, as the page has it
+    of = "surveymc run configs/thesis/table5.toml --trials 1000000"
+    small = "--trials 4000"
+    held = '''
     bias_z of test 1 is −137 = parameters(case="test 1", quantity="mean_bias_z").published
     | 1.06, 1.05, 1.17 | = parameters(case="test 1", quantity=GAINS).published_ratio
     to 4·10⁻¹² >= max(abs(published().difference_over_trace))
     kurtosis 5.6 = ... [small ± 2]
     50 times = ... [full]
-    -->
+    '''
 
-* The first line is the whole command as it stands in the text, or the config alone, if the text names that (checked in
-  docs/studies/). The line `small:` has the options of a run of seconds instead of the command's own; `small: the same`
-  runs the command as it is. Without that line the command is run with --full only.
-* Each other line has a quote, a relation and an expression. The quote stands in the text between the heading and the
-  comment, word by word, its line breaks aside. All numbers in it are compared, in their order, with the values of the
+* `of` is the whole command as it stands in the text, or the config alone, if the text names that (checked in
+  docs/studies/). `small` has the options of a run of seconds instead of the command's own; `small = "the same"`
+  runs the command as it is. Without it the command is run with --full only.
+* Each line of `held` has a quote, a relation and an expression. The quote stands in the text of the section, word by word,
+  its line breaks aside. All numbers in it are compared, in their order, with the values of the
   expression. `=`: the value rounds to the number; `>=`, `<=`: the number bounds the value. Numbers are written as in the
   text: −.5, 1,000, 4·10⁻¹², 12 % (= .12), ∞. Trailing zeros of a whole number count up to its second digit: 6800 stands
   for 6750 to 6850. The numbers 0 and 1 are exact.
@@ -29,8 +33,7 @@ numbers are tied to commands by comments that no reader sees, behind the text th
   samples("realisations") is there, too. max, min, median, mean, sd, abs, sqrt, count, share, rows work on columns; several
   values are separated by commas. table().cells("a", "b") gives two columns row by row.
 * `[nightly]`, or `[nightly, small ± X]`: the small run compares the number, too, but would not see that it is wrong by 5 %. A
-  number of which that is so and not said is an error. The page lists these numbers and those marked `[full]` for its readers,
-  between `<!-- held only nightly -->` and `<!-- end -->`; `--list` writes that list.
+  number of which that is so and not said is an error. `--list` prints these numbers and those marked `[full]`.
 * A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
 
 A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the pages of a folder keep
@@ -38,8 +41,9 @@ together with probability 99 %, and once more by the square root of 2, because t
 and ratios of such values are taken as independent. What has no interval (medians, counts) has to come out in every digit,
 or states its own tolerance for the small run: `[small ± X]`. `[full]` is a number that a small run cannot say.
 
-Every command `surveymc run` of a page of docs/studies/ has to be tied to a number, unless `<!-- not run: WHY -->` follows it, and
-every such page has such numbers. Exit: 0, or 1 with a line for every number that is wrong.
+Every command `surveymc run` of a page of docs/studies/ has to be tied to a number, unless it stands in `[not_run]` with the
+reason (`"configs/chained/deleted_wrong.toml" = "minutes"`), and every such page has such numbers. Exit: 0, or 1 with a line
+for every number that is wrong.
 """
 import argparse
 import functools
@@ -54,6 +58,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 import zlib
 from typing import NamedTuple
 
@@ -62,7 +67,7 @@ import numpy as np
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "scripts"))
-from surveymc import storage, streams, whole_file  # noqa: E402
+from surveymc import storage, streams  # noqa: E402
 PAGES = [*sorted((SOURCE / "docs/studies").glob("*.md")), SOURCE / "README.md", SOURCE / "docs/tutorials/own_well.md"]
 ALL_TIED = "studies"  # the folder of pages whose commands all need numbers
 TOGETHER = 0.99  # probability that all numbers of the pages of a folder are within their intervals
@@ -319,15 +324,15 @@ class Claim(NamedTuple):
 
 
 class Tied(NamedTuple):
-    """One comment: a command and the numbers that are quoted from it."""
+    """One entry of a claims file: a command and the numbers that are quoted from it."""
     line: int
+    section: str
     command: list  # arguments of surveymc
     small: list | None
     lets: list  # names for parts of expressions: (line, name, expression)
     claims: list
 
 
-COMMENT = re.compile(r"<!-- numbers of: (.*?)-->", re.S)
 CLAIM = re.compile(r"(?P<quote>.+?) (?P<relation>=|>=|<=) (?P<expression>\S.*?)(?: \[(?P<note>full|nightly|(?:nightly, )?small ± \S+)\])?")
 
 
@@ -356,25 +361,45 @@ def sections(text):
     return list(zip(starts, [*starts[1:], len(text)]))
 
 
-def read_page(text, says_command):
-    """All that is tied to commands. Wrong, with the line, where it is not written as it has to be.
+def claims_file(page):
+    """docs/claims/NAME.toml of docs/FOLDER/NAME.md; of README.md, which is no page of a folder, docs/claims/README.toml."""
+    folder = page.parent / "docs" if page.name == "README.md" else page.parent.parent
+    return folder / "claims" / f"{page.stem}.toml"
 
-    says_command: the text has to say the command, or name its config, before the comment.
+
+def heading_of(section):
+    return section.split("\n", 1)[0].lstrip("# ")
+
+
+def read_claims(text, claims, says_command):
+    """All that `claims`, the text of a claims file, ties to commands. Wrong, with the line, where it is not as it has to be.
+
+    says_command: the page has to say the command, or name its config, up to the end of the section.
     """
-    found, bounds = [], sections(text)
-    for hit in COMMENT.finditer(text):
-        line = text.count("\n", 0, hit.start()) + 1
-        begin = max(b for b, _ in bounds if b <= hit.start())
-        seen = plain(text[begin:hit.start()])
-        head, *rest = hit[1].split("\n")
-        command, small, lets, claims = command_of(head, line), None, [], []
-        for number, raw in enumerate(rest, line + 1):
+    if "<!-- numbers of:" in text:
+        raise Wrong("1: numbers are tied in docs/claims, no more in the page")
+    try:
+        entries = tomllib.loads(claims).get("numbers", [])
+    except tomllib.TOMLDecodeError as error:
+        raise Wrong(str(error)) from error
+    starts = [m.start() for m in re.finditer(r"^\[\[numbers\]\]", claims, re.M)]
+    found = []
+    for entry, start in zip(entries, starts):
+        line = claims.count("\n", 0, start) + 1
+        if unknown := set(entry) - {"section", "of", "small", "held"}:
+            raise Wrong(f"{line}: unknown key {', '.join(sorted(unknown))}")
+        here = [(b, e) for b, e in sections(text) if heading_of(text[b:e]) == entry["section"]]
+        if len(here) != 1:
+            raise Wrong(f"{line}: the page has {len(here)} sections '{entry['section']}'")
+        begin, end = here[0]
+        seen = plain(text[begin:end])
+        command, small, lets, found_claims = command_of(entry["of"], line), None, [], []
+        if "small" in entry:
+            small = command if entry["small"] == "the same" else command[:2] + shlex.split(entry["small"])
+        first = claims.count("\n", 0, claims.index("held =", start)) + 2
+        for number, raw in enumerate(entry["held"].split("\n"), first):
             raw = raw.strip()
             if not raw:
-                continue
-            if raw.startswith("small: "):
-                options = raw.removeprefix("small: ")
-                small = command if options == "the same" else command[:2] + shlex.split(options)
                 continue
             if let := re.fullmatch(r"let (\w+) = (.+)", raw):
                 lets.append((number, let[1], let[2]))
@@ -384,19 +409,19 @@ def read_page(text, says_command):
                 raise Wrong(f"{number}: '{raw}': must be QUOTE = EXPRESSION")
             quote = claim["quote"]
             if re.sub(r"\s+", " ", quote) not in seen:
-                raise Wrong(f"{number}: '{quote}' does not stand in the text of the section before the comment")
+                raise Wrong(f"{number}: '{quote}' does not stand in the text of the section")
             if not numbers_in(quote):
                 raise Wrong(f"{number}: '{quote}' has no number")
             note = claim["note"] or ""
-            claims.append(Claim(number, quote, claim["relation"], claim["expression"],
-                                float(note.split("± ")[1]) if "±" in note else None, note == "full", note.startswith("nightly")))
-        if not claims:
+            found_claims.append(Claim(number, quote, claim["relation"], claim["expression"],
+                                      float(note.split("± ")[1]) if "±" in note else None, note == "full", note.startswith("nightly")))
+        if not found_claims:
             raise Wrong(f"{line}: no number")
-        above, config = text[:hit.start()], pathlib.Path(command[1])
+        above, config = text[:end], pathlib.Path(command[1])
         named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?!\w)", plain(above))
         if says_command and not named and command not in [words for _, words, _ in commands_shown(above)]:
             raise Wrong(f"{line}: the text does not say 'surveymc {shlex.join(command)}'")
-        found.append(Tied(line, command, small, lets, claims))
+        found.append(Tied(line, entry["section"], command, small, lets, found_claims))
     return found
 
 
@@ -407,8 +432,6 @@ def commands_shown(text):
         for part in re.finditer(r"(?:^|[\s/])(surveymc run[^\n`]*)|^(run \S+\.toml[^`]*)", hit[1] or "" if hit[1] else
                                 (hit[0] if hit[0].startswith("```") else ""), re.M):
             line = text.count("\n", 0, hit.start()) + 1
-            if re.match(r"`?[\s.,;:)]*<!-- not run: ", text[hit.end():]):
-                continue
             if part[2]:
                 shown.append((line, None, part[2]))
                 continue
@@ -420,14 +443,14 @@ def commands_shown(text):
     return shown
 
 
-def not_tied(text, tied):
-    """What a page whose numbers all are tied lacks: lines to print."""
-    bad, known = [], [t.command for t in tied]
+def not_tied(text, tied, not_run):
+    """What a page whose numbers all are tied lacks: lines to print. `not_run`: the commands that need no number."""
+    bad, known = [], [t.command for t in tied] + [command_of(command, 1) for command in not_run]
     for line, words, whole in commands_shown(text):
         if words is None:
             bad.append(f"{line}: `{whole}` is not whole: surveymc run configs/…")
         elif words not in known and len(words) > 2:
-            bad.append(f"{line}: no number is tied to `{whole}` (or <!-- not run: WHY --> behind it)")
+            bad.append(f"{line}: no number is tied to `{whole}` (or [not_run] with the reason)")
     return bad if tied else [*bad, "1: no number is tied"]
 
 
@@ -503,21 +526,14 @@ def compare(claim, measured, factor, small):
     return "; ".join(words), "; ".join(wrong)
 
 
-LISTED = re.compile(r"(<!-- held only nightly -->\n).*?(<!-- end -->)", re.S)
-
-
-def held_nightly(text, tied):
-    """The lines of the page that say which of its numbers the small runs do not hold: a line a section."""
-    bounds = sections(text)
-    starts = [m.start() for m in re.finditer(r"^", text, re.M)]
+def held_nightly(tied):
+    """Lines that say which numbers the small runs do not hold: one a section."""
     found = {}
     for t in tied:
-        begin = max(b for b, _ in bounds if b <= starts[t.line - 1])
-        name = text[begin:].split("\n", 1)[0].lstrip("# ")
         for c in t.claims:
             if c.nightly or c.full_only or t.small is None:
-                found.setdefault(name, []).extend(n.text.strip() for n in numbers_in(c.quote))
-    return "".join(f"* {name}: {', '.join(numbers)}\n" for name, numbers in found.items())
+                found.setdefault(t.section, []).extend(n.text.strip() for n in numbers_in(c.quote))
+    return [f"{section}: {', '.join(numbers)}" for section, numbers in found.items()]
 
 
 def value_of(expression, names, line):
@@ -529,21 +545,27 @@ def value_of(expression, names, line):
         raise Wrong(f"{line}: {expression}: {type(error).__name__}: {error}") from error
 
 
+def tied_of(page, says_command):
+    """(what is tied to commands, the commands of [not_run]) of a page, both empty without a claims file."""
+    path = claims_file(page)
+    claims = path.read_text() if path.exists() else ""
+    tied = read_claims(page.read_text(), claims, says_command)
+    return tied, tomllib.loads(claims).get("not_run", {})
+
+
 def quoted_beside(page):
     """How many numbers the pages of a page's folder quote: they are judged together."""
-    return sum(len(numbers_in(claim.quote)) for other in sorted(page.parent.glob("*.md"))
-               for tied in read_page(other.read_text(), False) for claim in tied.claims)
+    return sum(len(numbers_in(claim.quote)) for other in sorted(page.parent.glob("*.md")) for tied in tied_of(other, False)[0]
+               for claim in tied.claims)
 
 
 def check_page(program, page, options, folder):
     text, all_tied = page.read_text(), page.resolve().parent.name == ALL_TIED
-    tied = read_page(text, all_tied)
-    bad = not_tied(text, tied) if all_tied else []
+    tied, not_run = tied_of(page, all_tied)
+    bad = not_tied(text, tied, not_run) if all_tied else []
     if options.list:
-        whole_file.write(page, LISTED.sub(lambda m: m[1] + held_nightly(text, tied) + m[2], text).encode(), lambda name: True)
+        print("\n".join(f"{page.name}: {line}" for line in held_nightly(tied)))
         return False
-    if (listed := LISTED.search(text)) and listed[0] != listed[1] + held_nightly(text, tied) + listed[2]:
-        bad.append("the list of what is held only nightly is not that of the comments: check_docs.py --list writes it")
     if options.syntax:
         for t in tied:
             config_hash(program, t.command)
@@ -584,7 +606,7 @@ def check_page(program, page, options, folder):
         for took, command in sorted(seconds, reverse=True):
             print(f"{took:7.1f} s  surveymc {command}")
     print("\n".join(f"{page.name}:{b}" for b in bad) or
-          f"{page.name}: {len(tied)} comments are well formed" if options.syntax or bad else
+          f"{page.name}: {len(tied)} entries are well formed" if options.syntax or bad else
           f"{page.name}: {count} numbers of {len(commands)} commands, all within their intervals")
     return bool(bad)
 
@@ -598,14 +620,17 @@ def main():
     parser.add_argument("--print", action="store_true", help="print every number with its measured value, and the times")
     parser.add_argument("--only", metavar="TEXT", help="only commands that have this in them")
     parser.add_argument("--keep", metavar="FOLDER", help="keep results there, and take those that are there")
-    parser.add_argument("--syntax", action="store_true", help="read the comments and check the configs; run nothing")
-    parser.add_argument("--list", action="store_true", help="write the list of numbers that are held only nightly into the pages that have one")
+    parser.add_argument("--syntax", action="store_true", help="read the claims and check the configs; run nothing")
+    parser.add_argument("--list", action="store_true", help="print the numbers that are held only nightly, and run nothing")
     options = parser.parse_args()
     program = os.path.abspath(options.surveymc)
     bad = False
     with tempfile.TemporaryDirectory(prefix="surveymc-docs-") as temporary:
         folder = pathlib.Path(options.keep or temporary)
         folder.mkdir(parents=True, exist_ok=True)
+        for stray in set((SOURCE / "docs/claims").glob("*.toml")) - {claims_file(page) for page in PAGES}:
+            print(f"{stray.name}: there is no such page")
+            bad = True
         for page in options.pages or PAGES:
             try:
                 bad |= check_page(program, page, options, folder.resolve())

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""LICENSE, CITATION.cff and CHANGELOG.md say what CMakeLists.txt says, in the form that readers of them expect; the tests that
-docs/results-format.md names are there.
+"""LICENSE, CITATION.cff and docs/release-notes.md say what CMakeLists.txt says, in the form that readers of them expect; the tests that
+docs/guarantees.md names are there.
 
     check_files.py SOURCE
 """
@@ -28,23 +28,21 @@ package = (source / "scripts/pyproject.toml").read_text(), (source / "scripts/su
 for text, pattern in zip(package, (r'^version = "([^"]+)"', r'^__version__ = "([^"]+)"')):
     assert re.search(pattern, text, re.M)[1] == version, f"the Python package: version {re.search(pattern, text, re.M)[1]}"
 
-changes = (source / "CHANGELOG.md").read_text()
-sections = re.findall(r"^## \[([^\]]+)\]", changes, re.M)
-assert changes.startswith("# Changelog\n") and sections and sections[0] == "Unreleased", sections
-assert version in changes, f"CHANGELOG.md does not name version {version}"
-for heading in re.findall(r"^### (.*)$", changes, re.M):
-    assert heading in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"), heading
-page = (source / "docs/results-format.md").read_text()
-kept = re.search(r"^### Robustness: past faults.*?(?=^## )", page, re.M | re.S)[0]
+notes = (source / "docs/release-notes.md").read_text()
+named = re.match(r"# surveymc ([\d.]+)\n", notes)[1]
+assert tuple(map(int, named.split("."))) >= tuple(map(int, version.split("."))), f"docs/release-notes.md is of {named}, CMakeLists.txt of {version}"
+assert len(notes.splitlines()) <= 80, "docs/release-notes.md: more than a page"
+page = (source / "docs/guarantees.md").read_text()
+kept = re.search(r"^## Past faults.*", page, re.M | re.S)[0]
 code = "\n".join(p.read_text() for p in source.glob("tests/*/test_*.*") if p.suffix in (".py", ".cpp"))
 cmake = (source / "tests/CMakeLists.txt").read_text()
 named = [name for row in kept.splitlines() if row.startswith("| ") for name in re.findall(r'`([\w.]+)`|"([^"]+)"', row.split("|")[2])]
 assert len(named) > 30, named
 for plain, title in named:
     if title:
-        assert f'TEST_CASE("{title}"' in code or title == "streamed maps", f"results-format.md: no unit test {title}"
+        assert f'TEST_CASE("{title}"' in code or title == "streamed maps", f"guarantees.md: no unit test {title}"
     elif plain.startswith("test_"):
-        assert f"def {plain}(" in code, f"results-format.md: no test method {plain}"
+        assert f"def {plain}(" in code, f"guarantees.md: no test method {plain}"
     else:
-        assert f"NAME {plain} " in cmake, f"results-format.md: no test {plain}"
-print(f"licence, citation and changelog of {version}")
+        assert f"NAME {plain} " in cmake, f"guarantees.md: no test {plain}"
+print(f"licence, citation and release notes of {version}")

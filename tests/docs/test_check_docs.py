@@ -56,15 +56,21 @@ PAGE = """# Studies
 ## One
 `surveymc run configs/thesis/table5.toml --trials 1000000` gives 100.0 m to the north, a ratio of 40.0,
 and −3 exactly, 75 % agree, at 90° infinity: ∞.
-<!-- numbers of: surveymc run configs/thesis/table5.toml --trials 1000000
-small: --trials 10
+"""
+CLAIMS = """
+[[numbers]]
+section = "One"
+of = "surveymc run configs/thesis/table5.toml --trials 1000000"
+small = "--trials 10"
+held = '''
 100.0 m = position(case="test 1", quantity="north").monte_carlo [nightly]
 40.0 = position(case="test 1", quantity="north").monte_carlo / position(case="test 1", quantity="east").monte_carlo [full]
 −3 exactly = position(noise_scale=0.1, quantity="north").exact
 75 % = share(position().verdict == "agrees")
 90° infinity: ∞ = 90, ratio(inclination=90)
--->
+'''
 """
+BOTH = PAGE + "~~~" + CLAIMS  # the page, and the file of its claims
 
 
 class CheckDocs(unittest.TestCase):
@@ -73,6 +79,7 @@ class CheckDocs(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
         (self.folder / "studies").mkdir()
+        (self.folder / "claims").mkdir()
         self.program = self.folder / "surveymc"
         self.program.write_text(PROGRAM)
         self.program.chmod(0o755)
@@ -80,9 +87,11 @@ class CheckDocs(unittest.TestCase):
         write_result(self.folder / "small.h5", 103.0, 4.0)
 
     def check(self, text, *options):
-        """(exit, output) of the check of a page docs/studies/one.md with this text."""
+        """(exit, output) of the check of a page docs/studies/one.md with this text, and with the claims behind ~~~."""
         page = self.folder / "studies/one.md"
+        text, _, claims = text.partition("~~~")
         page.write_text(text)
+        (self.folder / "claims/one.toml").write_text(claims)
         sys.argv = ["check_docs.py", str(self.program), str(page), *options]
         with contextlib.redirect_stdout(io.StringIO()) as out:
             bad = check_docs.main()
@@ -94,14 +103,14 @@ class CheckDocs(unittest.TestCase):
         self.assertIn(word, out)
 
     def change(self, old, new, count=-1):
-        self.assertIn(old, PAGE)
-        return PAGE.replace(old, new, count)
+        self.assertIn(old, BOTH)
+        return BOTH.replace(old, new, count)
 
     def test_right_page(self):
-        bad, out = self.check(PAGE, "--full")
+        bad, out = self.check(BOTH, "--full")
         self.assertFalse(bad, out)
         self.assertIn("6 numbers of 1 commands", out)
-        bad, out = self.check(PAGE)
+        bad, out = self.check(BOTH)
         self.assertFalse(bad, out)
         self.assertIn("5 numbers", out)  # one is of the full run alone
 
@@ -127,13 +136,7 @@ class CheckDocs(unittest.TestCase):
         self.wrong(self.change(" [nightly]", ""), "would pass if it were wrong by 5 %")
         self.wrong(self.change(" [nightly]", " [small ± 3.1]"), "would pass if it were wrong by 5 %")
         self.assertFalse(self.check(self.change(" [nightly]", ""), "--full")[0])
-        page = PAGE + "## Last\n<!-- held only nightly -->\n<!-- end -->\n<!-- not run: a list -->\n"
-        self.wrong(page, "--list writes it")
-        self.assertFalse(self.check(page, "--list")[0])
-        listed = (self.folder / "studies/one.md").read_text()
-        self.assertIn("* One: 100.0, 40.0\n<!-- end -->", listed)
-        self.assertFalse(self.check(listed)[0])
-        self.wrong(listed.replace("[full]", "", 1), "--list writes it")
+        self.assertEqual(self.check(BOTH, "--list"), (False, "one.md: One: 100.0, 40.0\n"))
 
     def test_bounds(self):
         page = self.change("−3 exactly", "below 4·10⁻¹²").replace(
@@ -146,8 +149,13 @@ class CheckDocs(unittest.TestCase):
     def test_quote_has_to_stand_in_the_text(self):
         self.wrong(self.change("gives 100.0 m", "gives 99.9 m"), "does not stand")
         # in its own section
-        self.wrong(self.change("<!--", "### Deeper\n<!--"), "does not stand")
+        self.wrong(self.change("and −3", "### Deeper\nand −3"), "does not stand")
         self.assertFalse(self.check(self.change("to the north, a", "to the\nnorth, a"))[0])
+
+    def test_sections_are_those_of_the_page(self):
+        self.wrong(self.change('section = "One"', 'section = "Two"'), "has 0 sections 'Two'")
+        self.wrong(self.change("~~~", "## One\n~~~"), "has 2 sections 'One'")
+        self.wrong(self.change("~~~", "<!-- numbers of: configs/thesis/table5.toml -->\n~~~"), "no more in the page")
 
     def test_command_has_to_stand_in_the_text(self):
         self.wrong(self.change("--trials 1000000` gives", "--trials 100000` gives"), "does not say")
@@ -157,20 +165,22 @@ class CheckDocs(unittest.TestCase):
         for more, word in [("`run table5.toml --trials 2`", "not whole"), ("`surveymc run table5.toml --trials 2`", "not whole"),
                            ("`surveymc run configs/thesis/table6.toml --trials 7`", "no number is tied"),
                            ("\n```sh\nbuild/surveymc run configs/thesis/table6.toml --seed 7\n```\n", "no number is tied")]:
-            self.wrong(PAGE + more, word)
+            self.wrong(PAGE + more + "~~~" + CLAIMS, word)
         self.wrong("# Studies\n## One\nNothing.\n", "no number is tied")
-        self.assertFalse(self.check(PAGE + "`surveymc run configs/thesis/table6.toml --seed 7` <!-- not run: it takes a day -->")[0])
-        self.assertFalse(self.check(PAGE + "`surveymc run CONFIG`")[0])
+        more = PAGE + "`surveymc run configs/thesis/table6.toml --seed 7` ~~~" + CLAIMS
+        self.assertFalse(self.check(more + '[not_run]\n"surveymc run configs/thesis/table6.toml --seed 7" = "it takes a day"\n')[0])
+        self.assertFalse(self.check(PAGE + "`surveymc run CONFIG`~~~" + CLAIMS)[0])
 
-    def test_mistakes_in_comments(self):
+    def test_mistakes_in_claims(self):
         for old, new, word in [("75 % = share", "75 % : share", "must be QUOTE"),
-                               ("<!-- numbers of: surveymc run", "<!-- numbers of: surveymc show", "must be a config"),
+                               ('of = "surveymc run', 'of = "surveymc show', "must be a config"),
+                               ("held =", "kept =", "unknown key kept"), ("[[numbers]]", "[[numbers]", "line"),
                                ('quantity="north").exact', 'quantity="up").exact', "no row"),
                                ('quantity="north").exact', 'quantity="north").exacter', "no column 'exacter'"),
                                ("= share(position()", "= share(positions()", "positions"),
                                ("ratio(inclination=90)", "ratio(inclination=91)", "no inclination"),
                                ("= 90, ratio(inclination=90)", "= ratio(inclination=90)", "2 numbers, the expression 1"),
-                               ("small: --trials 10", "small: --set bad.key=1", "unknown key")]:
+                               ('small = "--trials 10"', 'small = "--set bad.key=1"', "unknown key")]:
             self.wrong(self.change(old, new), word)
 
     def test_numbers_are_read_as_written(self):
