@@ -23,7 +23,7 @@ install(DIRECTORY configs DESTINATION ${share})
 # Scripts of users; those that build and check the project stay behind.
 install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
   PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE
-  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
+  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|docs_site|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
 # Licences of what is compiled in; a tarball adds those of the libraries that it brings along.
@@ -44,7 +44,7 @@ install(CODE "
   file(REMOVE_RECURSE \"\${folder}\")
   file(WRITE \"\${folder}/README.txt\" \"Licences of what surveymc contains; common-licenses has the texts that they cite.\\nIts own is in ../LICENSE, that of third_party/elementary in ../COPYRIGHT.elementary.\\n\\n\")
   copy_licences(\"\${folder}\" \"compiled into the program\" ${contained})")
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN conf.py EXCLUDE PATTERN site.css EXCLUDE PATTERN claims EXCLUDE)
 
 # The package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH): a link, so that there is one copy of
 # each file; relative, so that the whole can be moved. The program finds scripts/surveymc by itself.

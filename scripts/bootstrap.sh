@@ -3,6 +3,7 @@
 #   scripts/bootstrap.sh              to build and plot
 #   scripts/bootstrap.sh report       what the report and the Python reader need on top
 #   scripts/bootstrap.sh import       what surveymc import needs to read WITSML and Excel
+#   scripts/bootstrap.sh docs         what the documentation site needs (scripts/build_docs.sh)
 #   scripts/bootstrap.sh cross        what the tests of other processors need (nightly)
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
@@ -17,11 +18,14 @@ for part in "$@"; do
     test) packages+=(python3-lxml python3-openpyxl catch2 libmuparser-dev librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
       python3-pandas python3-xarray python3-jinja2 libjs-three python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
       poppler-utils dpkg-dev file
-      chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
+      chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel mandoc
+      python3-sphinx python3-myst-parser furo python3-nbconvert python3-pil
       slurm-wlm munge parallel snakemake libclang-rt-19-dev) ;;
+    docs) packages+=(python3-sphinx python3-myst-parser furo python3-nbconvert python3-nbclient python3-nbformat python3-ipykernel
+      python3-pandas python3-xarray python3-pil) ;;
     style) packages+=(clang-format) ;;
     cross) packages+=(g++-aarch64-linux-gnu qemu-user) ;;
-    *) echo "bootstrap.sh: unknown part '$part': must be report, import, test, style or cross" >&2; exit 64 ;;
+    *) echo "bootstrap.sh: unknown part '$part': must be report, import, test, docs, style or cross" >&2; exit 64 ;;
   esac
 done
 

@@ -3,9 +3,12 @@
 
     check_links.py SOURCE         README and docs/**/*.md: relative links, anchors, figures, and every path of
                                   the project that a page names in backquotes
-    check_links.py --html FOLDER  the built site: every local href and src
+    check_links.py --html FOLDER  the built site: every local href and src; nothing from the network; every page within three
+                                  clicks of the first one; the search knows every key
 """
 import html.parser
+import json
+import os
 import pathlib
 import re
 import sys
@@ -64,7 +67,7 @@ def check_pages(source):
 class Page(html.parser.HTMLParser):
     def __init__(self, text):
         super().__init__()
-        self.ids, self.links = set(), []
+        self.ids, self.links, self.fetched = set(), [], []
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -73,30 +76,70 @@ class Page(html.parser.HTMLParser):
                 self.ids.add(value)
             if name in ("href", "src") and value and tag != "base":
                 self.links.append(value)
+                if name == "src" or tag == "link":
+                    self.fetched.append(value)
 
 
-def check_site(folder):
+def from_network(folder, pages):
+    """What a reader's browser would fetch from elsewhere: sources and style sheets, of pages and of style sheets."""
+    for name, page in pages.items():
+        for link in page.fetched:
+            if re.match(r"(https?:)?//", link):
+                yield f"{name}: {link}: from the network"
+    for style in folder.glob("**/*.css"):
+        for link in re.findall(r"(?:url\(|@import )['\"]?((?:https?:)?//[^)'\"]+)", style.read_text(errors="replace")):
+            yield f"{style.relative_to(folder)}: {link}: from the network"
+
+
+def clicks(pages):
+    """{page: how many clicks it is away from index.html}"""
+    found, reached = {"index.html": 0}, ["index.html"]
+    for name in reached:
+        for link in pages[name].links:
+            target = urllib.parse.unquote(link).partition("#")[0]
+            path = os.path.normpath(os.path.join(os.path.dirname(name), target)) if target else name
+            if path in pages and path not in found:
+                found[path] = found[name] + 1
+                reached.append(path)
+    return found
+
+
+def searched(folder):
+    """The words that the search of the site knows."""
+    index = json.loads(re.fullmatch(r"Search\.setIndex\((.*)\)\s*", (folder / "searchindex.js").read_text(), re.S)[1])
+    return set(index["terms"]) | set(index["titleterms"])
+
+
+def check_site(folder, source):
     pages = {p.relative_to(folder).as_posix(): Page(p.read_text(errors="replace")) for p in folder.glob("**/*.html")}
-    bad, links = [], 0
+    bad, links = list(from_network(folder, pages)), 0
     for name, page in pages.items():
         for link in page.links:
             if re.match(r"(https?|mailto|javascript|data):", link):
                 continue
             links += 1
             target, _, fragment = urllib.parse.unquote(link).partition("#")
-            path = name if not target else (pathlib.PurePosixPath(name).parent / target).as_posix()
+            target = target.partition("?")[0]
+            path = name if not target else os.path.normpath(os.path.join(os.path.dirname(name), target))
             if path not in pages and not (folder / path).exists():
                 bad.append(f"{name}: {link}: no such file")
-            elif fragment == "nested-classes":  # doxygen 1.9.4 writes it where all nested classes are private
-                pass
             elif fragment and path in pages and fragment not in pages[path].ids:
                 bad.append(f"{name}: {link}: no such anchor")
-    return bad, f"{len(pages)} pages, {links} links"
+    away = clicks(pages)
+    bad += [f"{name}: not within three clicks of index.html" for name in pages if away.get(name, 4) > 3]
+    from sphinx.search.en import SearchEnglish  # only where the site can be built
+    stem, known = SearchEnglish({}).stem, searched(folder)
+    keys = set(re.findall(r"^\| `([^`]+)`", (source / "docs/keys.md").read_text(), re.M))
+    for key in sorted(keys):
+        for word in re.findall(r"\w\w\w+", key):  # as the search takes a key apart; it knows no shorter words
+            if not {word.lower(), stem(word.lower())} & known:
+                bad.append(f"search does not find {word} of the key {key}")
+    return bad, f"{len(pages)} pages within {max(away.values())} clicks, {links} links, {len(keys)} keys to be searched"
 
 
 def main():
     if sys.argv[1] == "--html":
-        bad, what = check_site(pathlib.Path(sys.argv[2]))
+        bad, what = check_site(pathlib.Path(sys.argv[2]), pathlib.Path(__file__).resolve().parents[2])
     else:
         bad, what = check_pages(pathlib.Path(sys.argv[1]).resolve())
     print("\n".join(bad) or f"links: {what}: all lead somewhere")
