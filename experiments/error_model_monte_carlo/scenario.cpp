@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/units.h"
 #include "compare/trial_plan.h"
@@ -107,13 +108,13 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
 
 std::vector<std::string> read_formulations(config::ConfigReader& c) {
   if (!c.has("formulations")) {
-    return {"iscwsa", "minimum_curvature", "second_order"};
+    return {"iscwsa", "minimum_curvature", "second"};
   }
   const std::vector<std::string> out =
-      c.texts("formulations", "predictions that are compared; without it all but profile");
+      c.texts("formulations", "predictions that are compared; without it iscwsa, minimum_curvature and second");
   for (const std::string& f : out) {
     c.require(std::find(kFormulations.begin(), kFormulations.end(), f) != kFormulations.end(), "formulations",
-              fmt::format("\"{}\": must be of \"iscwsa\", \"minimum_curvature\", \"second_order\", \"profile\"", f));
+              fmt::format("\"{}\": must be of \"{}\"", f, fmt::join(kFormulations, "\", \"")));
     c.require(std::count(out.begin(), out.end(), f) == 1, "formulations", fmt::format("\"{}\" is there twice", f));
   }
   return out;

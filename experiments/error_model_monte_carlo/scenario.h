@@ -48,7 +48,11 @@ Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 /// True of the sources that Sources::quadrature takes: not random, and of few draws.
 bool is_for_quadrature(const propagate::ErrorSource& source);
 
-/// "iscwsa", "minimum_curvature", "second_order".
-inline const std::vector<std::string> kFormulations{"iscwsa", "minimum_curvature", "second_order", "profile"};
+/// Two of first order, and those of orders::kFormulationNames beyond it.
+inline const std::vector<std::string> kFormulations{"iscwsa",    "minimum_curvature", "second",
+                                                    "unscented", "cubature5",         "profile"};
+inline bool is_first_order(const std::string& formulation) {
+  return formulation == "iscwsa" || formulation == "minimum_curvature";
+}
 
 }  // namespace surveymc::studies::error_model_monte_carlo

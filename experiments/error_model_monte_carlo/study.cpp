@@ -8,7 +8,9 @@
 ///   iscwsa             balanced tangential effects, the sums of position_covariance, whose rule holds between
 ///                      stations: there the covariance is linear in depth
 ///   minimum_curvature  exact derivatives of the same path: what is left is nonlinearity
-///   second_order       mean to second order, covariance to fourth order in the sizes, along the axes of the former
+///   second             mean to second order, covariance to fourth order in the sizes (orders/second.h)
+///   unscented, cubature5  sigma points along the three directions of the draws that move the position
+///                      (orders/sigma_points.h)
 ///   profile            exact along the dominant direction of the draws, first order around it (orders/profile.h)
 ///
 /// The exact first-order effect of the same draws is a control variate of all means and sds.
@@ -88,6 +90,10 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
 }
 
 void ErrorModelMonteCarlo::predict() {
+  const auto is_wanted = [this](const char* name) {
+    return std::find(s_.formulations.begin(), s_.formulations.end(), name) != s_.formulations.end();
+  };
+  wanted_ = {is_wanted("second"), is_wanted("unscented"), is_wanted("cubature5"), is_wanted("profile"), {}};
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(s_.survey);
   for (const double md : s_.report_md) {
     Depth d;
@@ -103,18 +109,10 @@ void ErrorModelMonteCarlo::predict() {
     d.hla = survey::rotation_hla_from_nev(along.inclination, along.azimuth);
     d.effects = propagate::draw_effects(errors_, d.point, propagate::FirstOrder::minimum_curvature);
     const Matrix3d exact = propagate::covariance_of(d.effects);
+    d.orders = orders::predict(propagate::WellChain(errors_, d.point), wanted_, orders::first_order_directions);
     for (const std::string& name : s_.formulations) {
-      if (name == "second_order" || name == "profile") {
-        orders::Moments m;
-        if (name == "profile") {
-          const propagate::WellChain chain(errors_, d.point);
-          orders::ExpansionParts parts;
-          parts.squares = true;
-          d.profile = orders::profile(chain, orders::centre_of(chain, parts));
-          m = orders::moments_of(d.profile->mixture);
-        } else {
-          m = propagate::second_order_moments(errors_, d.point);
-        }
+      if (!is_first_order(name)) {
+        const orders::Moments m = *d.orders.of(name);
         Formulation f = formulation_of(name, exact);
         f.mean = m.mean;
         f.covariance = m.covariance;
@@ -156,7 +154,7 @@ void ErrorModelMonteCarlo::predict_sources() {
       const double largest =
           sds.row(static_cast<Eigen::Index>(i)).head(static_cast<Eigen::Index>(d.point.station + 1)).maxCoeff();
       for (const Formulation& f : d.formulations) {
-        if (!f.is_first_order()) continue;
+        if (!is_first_order(f.name)) continue;
         const bool is_exact = f.name == "minimum_curvature";
         const Eigen::Matrix3Xd effects =
             is_exact ? d.effects
@@ -375,7 +373,10 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.samples()) r.tables = judged_tables(tally);
   if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
   if (s_.samples()) r.tables.push_back(ellipse_table(tally));
-  if (depths_.front().profile) r.tables.push_back(order_coverage_table(tally));
+  if (wanted_.profile) {
+    r.tables.push_back(orders_table(tally));
+    r.tables.push_back(order_coverage_table(tally));
+  }
   r.tables.push_back(covariance_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));

@@ -8,7 +8,7 @@
 #include "compare/comparison.h"
 #include "compare/verdict_stop.h"
 #include "error_model_monte_carlo/scenario.h"
-#include "orders/profile.h"
+#include "orders/predictions.h"
 #include "propagate/drawn_well.h"
 #include "propagate/well_chain.h"
 #include "stats/control_variate.h"
@@ -21,11 +21,10 @@ struct Formulation {
   std::string name;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  ///< m, N E V
   Eigen::Matrix3d covariance;                      ///< m2
-  Eigen::Matrix3d axes;    ///< columns: largest first; of second_order and profile: those of minimum_curvature
+  Eigen::Matrix3d axes;    ///< columns: largest first; beyond first order: those of minimum_curvature
   Eigen::Vector3d sd;      ///< along the axes, m
   Eigen::Matrix3d weight;  ///< inverse of the covariance; NaN where it has none
   Eigen::Matrix2d horizontal_axes, horizontal_weight;
-  bool is_first_order() const { return name != "second_order" && name != "profile"; }
 };
 
 /// One reported depth.
@@ -36,7 +35,7 @@ struct Depth {
   Eigen::Matrix3d hla;       ///< hla = m nev; the hole turns along the arc
   Eigen::Matrix3Xd effects;  ///< of every draw, exact first order: the control
   std::vector<Formulation> formulations;
-  std::optional<orders::Profile> profile;  ///< where the formulation is wanted
+  orders::Predictions orders;  ///< those that are wanted
 };
 
 /// A source at one depth, by one first-order formulation.
@@ -104,6 +103,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
   store::Table by_source_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table orders_table(const stats::Tally& tally) const;
   store::Table order_coverage_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   store::Table additivity_table(const stats::Tally& tally) const;
@@ -111,6 +111,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   Scenario s_;
   random::Stream stream_;
   propagate::WellErrors errors_;
+  orders::WantedOrders wanted_;
   std::vector<Depth> depths_;
   std::vector<std::size_t> single_;  ///< sources that are looked at alone
   /// sources_[i][depth][formulation] of single_[i]; first-order formulations in the order of `formulations`.

@@ -6,6 +6,7 @@
 
 #include "base/standard_deviation.h"
 #include "base/units.h"
+#include "compare/order_rows.h"
 #include "compare/position_comparison.h"
 #include "compare/table_rows.h"
 #include "error_model_monte_carlo/study.h"
@@ -67,7 +68,7 @@ std::vector<compare::Row> ErrorModelMonteCarlo::rows_of(const Scenario& s, const
     if (std::find(formulations.begin(), formulations.end(), f) == formulations.end()) formulations.push_back(f);
   for (std::size_t f = 0; f < formulations.size(); ++f) {
     const std::string& name = formulations[f];
-    const bool available = f < s.formulations.size(), is_first_order = name != "second_order" && name != "profile";
+    const bool available = f < s.formulations.size();
     const Formulation* p = depth && available ? &depth->formulations[f] : nullptr;
     const std::size_t axes = p ? point->axes_[f][d] : 0, first = rows.size();
     for (std::size_t a = 0; a < 3; ++a)
@@ -81,7 +82,7 @@ std::vector<compare::Row> ErrorModelMonteCarlo::rows_of(const Scenario& s, const
       add("position_hla", name, std::string("sd_") + kHla[a], sd, hla + a,
           p ? sd_along(p->covariance, Vector3d(depth->hla.row(a))) : kNaN);
     const std::size_t judged = rows.size();  // a NEES and single sources have no confidence sequence
-    if (is_first_order) {
+    if (is_first_order(name)) {
       add("axes", name, "nees", squared_distance, f, 3);
       for (const char* q : {"sd_along", "sd_along_2", "sd_along_3"}) add("by_source", name, q, other, 0, kNaN);
       add("ellipse", name, "ellipse", other, 0, kNaN);
@@ -116,7 +117,7 @@ std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::compared(const stats::
         row.formulation,
         compare::compare_value(row.quantity, row.unit, x.sd, row.prediction, s_.verdict, tally.trials, units(tally))));
     for (const Formulation& p : depths_[d].formulations)
-      if (p.name == row.formulation && p.is_first_order()) unless_reached(rows.back(), row.prediction, p.sd[0]);
+      if (p.name == row.formulation && is_first_order(p.name)) unless_reached(rows.back(), row.prediction, p.sd[0]);
   }
   return rows;
 }
@@ -165,7 +166,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
       const propagate::ErrorSource& source = errors_.sources[single_[i]];
       std::size_t first_order = 0;
       for (const Formulation& f : depths_[d].formulations) {
-        if (!f.is_first_order()) continue;
+        if (!is_first_order(f.name)) continue;
         const std::size_t which = first_order++;
         const SourcePrediction& p = sources_[i][d][which];
         Vector3d shift = Vector3d::Zero();
@@ -237,7 +238,7 @@ store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) cons
     compare::write_sample_ellipse(t, sample);
     for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
       const Formulation& p = depth.formulations[f];
-      if (!p.is_first_order()) continue;
+      if (!is_first_order(p.name)) continue;
       compare::EllipseRow row{p.name, truth, p.covariance.topLeftCorner<2, 2>()};
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * (d * s_.formulations.size() + f)), 3,
                   row.inside.begin());
@@ -258,28 +259,49 @@ store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) cons
   });
 }
 
+store::Table ErrorModelMonteCarlo::orders_table(const stats::Tally& tally) const {
+  compare::TableRows t(
+      "orders", "which order of prediction the position needs, without a trial" + compare::at_confidence(s_.verdict));
+  std::vector<std::string> inputs;
+  for (const propagate::ErrorDraw& draw : errors_.draws) inputs.push_back(errors_.sources[draw.source].code);
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const Depth& depth = depths_[d];
+    const auto row = [&](const std::string& quantity, const Vector3d& direction, std::size_t component) {
+      compare::OrderSample sample;
+      if (s_.samples() && units(tally) > 1) {
+        const stats::Moments& columns = tally.controlled[component];
+        sample = {found(tally, component).sd, columns.skewness(0), columns.kurtosis(0)};
+      }
+      t.number("md_m", "m", "measured depth", depth.md);
+      compare::write_order(t, quantity, direction, depth.orders, wanted_, inputs, sample, s_.verdict);
+    };
+    const auto number = [&](const std::vector<std::size_t>& first, std::size_t axis) {
+      return s_.samples() ? first[d] + axis : 0;
+    };
+    const Matrix3d axes = propagate::ellipsoid(propagate::covariance_of(depth.effects)).axes;
+    for (std::size_t a = 0; a < 3; ++a)
+      row(fmt::format("axis_{}", a + 1), axes.col(static_cast<Eigen::Index>(a)), number(whole_sd_, a));
+    for (std::size_t a = 0; a < 3; ++a)
+      row(kNev[a], Vector3d::Unit(static_cast<Eigen::Index>(a)), s_.samples() ? nev_[0][d] + a : 0);
+    for (std::size_t a = 0; a < 3; ++a)
+      row(kHla[a], depth.hla.row(static_cast<Eigen::Index>(a)).transpose(), number(hla_, a));
+  }
+  return t.take();
+}
+
 store::Table ErrorModelMonteCarlo::order_coverage_table(const stats::Tally& tally) const {
   compare::TableRows t("order_coverage",
                        "what the horizontal ellipse of minimum_curvature holds, by the profile and by the trials" +
                            compare::at_confidence(s_.verdict));
-  const std::vector<double> sigmas{1, 2, 3};
   const auto first = std::find(s_.formulations.begin(), s_.formulations.end(), "minimum_curvature");
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     const Depth& depth = depths_[d];
-    const Matrix3d covariance = propagate::covariance_of(depth.effects);
-    const std::vector<double> inside =
-        orders::inside_ellipse(depth.profile->mixture, Vector3d::Zero(), covariance, sigmas);
-    for (std::size_t k = 0; k < sigmas.size(); ++k) {
-      const bool is_counted = first != s_.formulations.end() && std::isfinite(inside[k]) && !tally.counts.empty();
-      const auto at = 3 * (d * s_.formulations.size() + static_cast<std::size_t>(first - s_.formulations.begin())) + k;
-      t.number("md_m", "m", "measured depth", depth.md);
-      t.number("sigma", "1", "size of the ellipse", sigmas[k]);
-      t.number("normal", "1", "share of a normal distribution in its own ellipse",
-               1 - std::exp(-0.5 * sigmas[k] * sigmas[k]));
-      t.number("profile", "1", "share by the profile; absent where the ellipse has no area", inside[k]);
-      t.share("monte_carlo", "share of the trials, where minimum_curvature is compared",
-              is_counted ? tally.counts[at] : 0, is_counted ? tally.trials - tally.failed : 0, s_.verdict.confidence);
-    }
+    const bool is_counted = first != s_.formulations.end() && !tally.counts.empty();
+    const auto at = 3 * (d * s_.formulations.size() + static_cast<std::size_t>(first - s_.formulations.begin()));
+    compare::write_order_coverage(t, depth.orders.profile->mixture,
+                                  {Vector3d::Zero(), propagate::covariance_of(depth.effects)},
+                                  is_counted ? tally.counts.data() + at : nullptr, tally.trials - tally.failed,
+                                  s_.verdict.confidence, [&] { t.number("md_m", "m", "measured depth", depth.md); });
   }
   return t.take();
 }

@@ -21,7 +21,16 @@ void answer(compare::Answer& answer, const store::Result& result) {
     answer.say("Its sd becomes {} times that before at best, and {} times at worst, at inclination {} and azimuth {}.",
                {best.figure("ratio_best"), worst.figure("ratio_worst"), worst.figure("worst_inclination_deg"),
                 worst.figure("worst_azimuth_deg")});
-  answer.say_verdicts(Rows(result.tables, "verification"), "standard deviations", "First-order theory");
+  const Rows orders = Rows(result.tables, "order_shares").at_least("first");
+  if (!orders.empty())
+    answer.say("First order suffices for its lateral sd in {} of the directions{}; {} need trials.",
+               {orders.figure("first").percent(), orders.point(), orders.figure("sample").percent()});
+  const Rows verification(result.tables, "verification");
+  if (verification.has("formulation")) {
+    answer.say_formulations(verification, "means and standard deviations");
+  } else {
+    answer.say_verdicts(verification, "standard deviations", "First-order theory");
+  }
 }
 
 }  // namespace surveymc::studies::msa_benefit

@@ -63,6 +63,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
   s.estimator = scenario::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
   s.estimator.estimated = scenario::read_estimated_parameters(c);
+  s.orders = scenario::read_msa_orders(c, s.noise, s.estimator.name);
   s.verdict = compare::read_verdict_rule(c);
   read_verified(c, s);
   const std::vector<compare::Row> rows = rows_of(s);

@@ -10,6 +10,7 @@
 #include "compare/calibration.h"
 #include "compare/trial_plan.h"
 #include "random/study_id.h"
+#include "scenario/prediction_orders.h"
 #include "sensor/tool_spread.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -34,6 +35,7 @@ struct Scenario {
   sensor::NoiseModel noise;
   estimate::InputErrors errors;  ///< sizes of all of these
   estimate::EstimatorOptions estimator;
+  scenario::PredictionOrders orders;  ///< of the lateral after MSA
   std::vector<VerifiedDirection> verify;
   compare::VerdictRule verdict;
   compare::CalibrationRule calibration;

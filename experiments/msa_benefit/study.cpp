@@ -11,8 +11,10 @@
 
 #include <fmt/format.h>
 
+#include "analysis/msa_chain.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "compare/order_rows.h"
 #include "random/study_stream.h"
 #include "sensor/tool_spread.h"
 #include "study/experiment.h"
@@ -23,6 +25,7 @@ namespace surveymc::studies::msa_benefit {
 namespace {
 
 constexpr int kPerDirection = 4;  // azimuth before, after (deg), lateral before, after (m)
+constexpr int kLateralAfter = 3;
 
 /// Gains 1 and biases 0 in every lane: readings taken as they are.
 survey::LaneArray no_correction() {
@@ -57,6 +60,15 @@ analysis::Benefit benefit_at(const Scenario& s, double inclination, double azimu
   return b;
 }
 
+analysis::MsaChain chain_of(const Scenario& s, const survey::Survey& well) {
+  return {{well, s.field, sensor::clean_readings(well, s.field, {}), s.noise, s.spread}, s.estimator};
+}
+
+orders::Predictions predicted_orders(const analysis::MsaChain& chain, const orders::WantedOrders& wanted) {
+  return orders::predict(chain, wanted,
+                         [&chain](const orders::Centre& centre) { return chain.directions(centre.state); });
+}
+
 /// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
 std::vector<VerifiedWell> verified_wells(const Scenario& s) {
   std::vector<VerifiedWell> wells;
@@ -73,6 +85,11 @@ std::vector<VerifiedWell> verified_wells(const Scenario& s) {
                     fmt::format("with azimuth_deg = {}: the stations do not determine the estimated parameters, there "
                                 "is nothing to verify",
                                 d.azimuth_deg));
+    if (s.orders.any()) {
+      const analysis::MsaChain chain = chain_of(s, v.survey);
+      v.orders = predicted_orders(chain, s.orders.wanted);
+      v.inputs = sensor::names_of(chain.normals(), v.survey.size());
+    }
     wells.push_back(std::move(v));
   }
   return wells;
@@ -98,10 +115,29 @@ std::vector<compare::Row> rows_of(const Scenario& s, const std::vector<VerifiedW
     row.calibrated = true;
     rows.push_back(row);
   };
-  for (std::size_t d = 0; d < s.verify.size(); ++d)
+  for (std::size_t d = 0; d < s.verify.size(); ++d) {
+    const std::string direction =
+        fmt::format("inclination {:g} azimuth {:g}", s.verify[d].inclination_deg, s.verify[d].azimuth_deg);
+    const int first = kPerDirection * static_cast<int>(d);
     for (int q = 0; q < kPerDirection; ++q)
-      add(fmt::format("inclination {:g} azimuth {:g}", s.verify[d].inclination_deg, s.verify[d].azimuth_deg), q,
-          kPerDirection * static_cast<int>(d) + q, wells.empty() ? kNaN : predicted_sd(wells[d].benefit)[q]);
+      add(direction, q, first + q, wells.empty() ? kNaN : predicted_sd(wells[d].benefit)[q]);
+    for (const std::string& name : s.orders.names) {
+      if (name == "first") continue;
+      const std::optional<orders::Moments> m = wells.empty() ? std::nullopt : wells[d].orders->of(name);
+      compare::Row row{.table = "verification",
+                       .formulation = fmt::format("{} {}", direction, name),
+                       .quantity = "mean_lateral_after",
+                       .unit = "m",
+                       .statistic = compare::Statistic::mean,
+                       .component = first + kLateralAfter};
+      if (m) row.prediction = wells[d].lateral_N * m->mean;
+      rows.push_back(row);
+      row.quantity = "sd_lateral_after";
+      row.statistic = compare::Statistic::sd;
+      if (m) row.prediction = std::sqrt(wells[d].lateral_N * m->covariance * wells[d].lateral_N.transpose());
+      rows.push_back(row);
+    }
+  }
   for (int q = 0; q < kPerDirection && s.verify.empty(); ++q) add("", q, -1, kNaN);
   return rows;
 }
@@ -196,22 +232,66 @@ store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
   std::vector<compare::ComparisonRow> rows = verification_rows(tally);
   std::vector<double> inclination, azimuth;
   stop_.add_notes("verification", rows, tally);
+  s_.annotations.apply("verification", rows);
+  const bool has_orders = s_.orders.any();
+  const std::size_t per_direction = rows.size() / verified_.size();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const VerifiedDirection& direction = verified_[i / kPerDirection].direction;
+    const VerifiedDirection& direction = verified_[i / per_direction].direction;
     inclination.push_back(direction.inclination_deg);
     azimuth.push_back(direction.azimuth_deg);
+    // The direction has columns of its own; of the formulation the order is left.
+    std::string& formulation = rows[i].formulation;
+    const bool is_first = i % per_direction < kPerDirection;
+    formulation = !has_orders ? "" : is_first ? "first" : formulation.substr(formulation.rfind(' ') + 1);
   }
-  s_.annotations.apply("verification", rows);
-  for (compare::ComparisonRow& row : rows) row.formulation.clear();  // the direction has columns of its own
   store::Table t = compare::comparison_table(
       "verification",
       "azimuth of the last station and last lateral position, before and after MSA, against the "
-      "first-order prediction of the maps" +
+      "predictions, of which the maps are the first" +
           compare::at_confidence(s_.verdict),
-      rows, tally.trials, tally.failed);
+      rows, tally.trials, tally.failed, has_orders);
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
                                        {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
   return t;
+}
+
+store::Table BenefitPoint::orders_table(const stats::Tally& tally) const {
+  compare::TableRows t("orders", "which order of prediction the lateral position after MSA needs, without a trial" +
+                                     compare::at_confidence(s_.verdict));
+  for (std::size_t d = 0; d < verified_.size(); ++d) {
+    const VerifiedWell& v = verified_[d];
+    t.number("inclination_deg", "deg", "inclination of the last station", v.direction.inclination_deg);
+    t.number("azimuth_deg", "deg", "azimuth of the last station", v.direction.azimuth_deg);
+    const Eigen::Index component = static_cast<Eigen::Index>(kPerDirection * d) + kLateralAfter;
+    compare::write_order(t, "lateral", v.lateral_N.transpose(), *v.orders, s_.orders.wanted, v.inputs,
+                         tally.moments.count < 2
+                             ? compare::OrderSample{}
+                             : compare::order_sample(stats::summarise(tally.moments, component), s_.verdict),
+                         s_.verdict);
+  }
+  return t.take();
+}
+
+std::vector<double> BenefitPoint::orders_needed(const std::vector<analysis::Benefit>& benefits,
+                                                const montecarlo::RunOptions& options) const {
+  orders::WantedOrders wanted;
+  wanted.profile = true;
+  wanted.options = s_.orders.wanted.options;
+  std::vector<double> needed;
+  for (const double inclination : s_.inclination_deg)
+    for (const double azimuth : s_.azimuth_deg) {
+      if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
+      if (!std::isfinite(benefits[needed.size()].condition)) {
+        needed.push_back(kNaN);
+        continue;
+      }
+      const survey::Survey well = benefit_well(s_, inclination, azimuth);
+      const survey::Station& last = well.stations.back();
+      needed.push_back(compare::order_value(predicted_orders(chain_of(s_, well), wanted),
+                                            survey::rotation_hla_from_nev(last.inclination, last.azimuth).row(1),
+                                            s_.verdict.margin));
+    }
+  return needed;
 }
 
 study::PointResult BenefitPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
@@ -221,9 +301,14 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
     for (const double azimuth : s_.azimuth_deg) benefits.push_back(benefit_at(s_, inclination, azimuth));
   }
   study::PointResult r;
-  r.maps = benefit_maps(s_, benefits);
+  const bool has_profile = s_.orders.wanted.profile;
+  const std::vector<double> needed = has_profile ? orders_needed(benefits, options) : std::vector<double>();
+  r.maps = benefit_maps(s_, benefits, needed);
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  if (!verified_.empty() && s_.orders.any() && verified_.front().orders->second)
+    r.tables.push_back(orders_table(tally));
+  if (has_profile) r.tables.push_back(compare::order_shares_table("the lateral position after MSA", needed));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   for (store::Table& t :
        compare::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
@@ -253,9 +338,10 @@ namespace {
 class MsaBenefitPlan final : public study::PlanOfPoint<Scenario, BenefitPoint> {
  public:
   using PlanOfPoint::PlanOfPoint;
-  /// A direction of the maps costs about as much as a trial.
+  /// A direction of the maps costs about as much as a trial, and a thousand with its order.
   double cost() const override {
-    const auto directions = static_cast<double>(s_.inclination_deg.size() * s_.azimuth_deg.size());
+    const auto directions =
+        static_cast<double>(s_.inclination_deg.size() * s_.azimuth_deg.size()) * (s_.orders.wanted.profile ? 1000 : 1);
     return s_.well.stations * (directions + static_cast<double>(s_.verify.size() * s_.trial_plan.trials));
   }
 };

@@ -1,10 +1,13 @@
 #pragma once
 /// One point of the study `msa_benefit` (see study.cpp): its maps, and the trials that verify them.
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "compare/verdict_stop.h"
 #include "msa_benefit/scenario.h"
+#include "orders/predictions.h"
 #include "study/experiment.h"
 #include "survey/readings.h"
 
@@ -17,10 +20,13 @@ struct VerifiedWell {
   sensor::CleanReadings clean;
   Eigen::RowVector3d lateral_N, position;  ///< the true ones
   analysis::Benefit benefit;
+  std::optional<orders::Predictions> orders = {};  ///< beyond first order, of the position after MSA
+  std::vector<std::string> inputs = {};            ///< names of its normals
 };
 
-/// All rows of the table verification and of the calibration, in the order in which they are tallied, their direction
-/// as formulation. `wells`: those of [[verify]]; without them the rows have no predictions.
+/// All rows of the table verification and of the calibration, direction by direction, their direction as formulation,
+/// and behind it the order of a prediction beyond the first. `wells`: those of [[verify]]; without them the rows have
+/// no predictions.
 std::vector<compare::Row> rows_of(const Scenario& scenario, const std::vector<VerifiedWell>& wells = {});
 
 class BenefitPoint final : public study::StudyPoint {
@@ -39,6 +45,11 @@ class BenefitPoint final : public study::StudyPoint {
   /// Of table `verification`, direction by direction, which is their formulation.
   std::vector<compare::ComparisonRow> verification_rows(const stats::Tally& tally) const;
   store::Table verification_table(const stats::Tally& tally) const;
+  store::Table orders_table(const stats::Tally& tally) const;
+  /// Which order the lateral needs in every direction of the map: entry of orders::kOrderNames; NaN where MSA is not
+  /// determined. Throws Interrupted.
+  std::vector<double> orders_needed(const std::vector<analysis::Benefit>& benefits,
+                                    const montecarlo::RunOptions& options) const;
 
   Scenario s_;
   compare::VerdictStop stop_;
@@ -49,8 +60,9 @@ class BenefitPoint final : public study::StudyPoint {
   std::vector<compare::CalibratedQuantity> calibrated_;  ///< of the calibrated rows
 };
 
-/// `benefits` on the grid of the scenario, azimuth fastest.
-std::vector<store::Map> benefit_maps(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits);
+/// `benefits` on the grid of the scenario, azimuth fastest. `orders`: those needed; empty: no such map.
+std::vector<store::Map> benefit_maps(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits,
+                                     const std::vector<double>& orders);
 /// A row each for azimuth and lateral: where MSA helps, where it harms.
 store::Table benefit_summary(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits);
 

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "base/units.h"
-#include "compare/table_rows.h"
+#include "compare/order_rows.h"
 #include "msa_benefit/study.h"
 #include "stats/order_statistics.h"
 
@@ -25,7 +25,8 @@ double ratio_of(const analysis::Benefit& b, std::size_t quantity) {
 
 }  // namespace
 
-std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analysis::Benefit>& benefits) {
+std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analysis::Benefit>& benefits,
+                                     const std::vector<double>& orders) {
   const std::vector<store::Axis> axes{
       {"inclination", "deg", "inclination of the last station", s.inclination_deg},
       {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
@@ -50,6 +51,7 @@ std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analys
       [](const analysis::Benefit& b) { return b.condition; });
   add("gain_z_bias_z_correlation", "1", "correlation of the errors of gain_z and bias_z; NaN unless both are estimated",
       [](const analysis::Benefit& b) { return b.gain_bias_correlation; });
+  if (!orders.empty()) maps.push_back({"order_needed", "1", compare::kOrderMapMeaning, axes, orders});
   return maps;
 }
 

@@ -75,16 +75,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "estimator.magnetometer_drawn",
             "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
             "control_variate = false, and no antithetic");
-  s.orders = scenario::read_prediction_orders(c);
-  if (s.orders.any()) {
-    c.require(s.with_position, "prediction.orders", "are predictions of the position, which \"outputs\" leaves out");
-    c.require(s.noise.law == sensor::NoiseLaw::gaussian, "prediction.orders",
-              "beyond \"first\" are made of normals: noise.law must be \"gaussian\"");
-    c.require(
-        estimate::estimator_kind(s.estimator.name).takes_subset, "prediction.orders",
-        fmt::format("beyond \"first\" have no derivatives of estimator.name = \"{}\", which does not fit (Bh, Bv)",
-                    s.estimator.name));
-  }
+  s.orders = scenario::read_msa_orders(c, s.noise, s.estimator.name);
+  c.require(!s.orders.any() || s.with_position, "prediction.orders",
+            "are predictions of the position, which \"outputs\" leaves out");
   s.verdict = compare::read_verdict_rule(c);
   const std::vector<compare::Row> rows = rows_of(s);
   s.calibration = compare::read_calibration(c, rows);

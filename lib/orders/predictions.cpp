@@ -3,6 +3,7 @@
 #include <map>
 
 #include "orders/second.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::orders {
 
@@ -32,6 +33,12 @@ Predictions predict(const Chain& chain, const WantedOrders& wanted,
   if (wanted.unscented) p.unscented = unscented(chain, p.centre, v);
   if (wanted.cubature5 || !p.unscented->is_definite) p.cubature5 = cubature5(chain, p.centre, v);
   return p;
+}
+
+Eigen::MatrixXd first_order_directions(const Centre& centre) {
+  const stats::SingularValues svd = stats::singular_values(centre.expansion.first);
+  const auto moving = (svd.values.array() > 1e-9 * svd.values[0]).count();
+  return svd.right.leftCols(moving);
 }
 
 DominantInput dominant_input(const Eigen::Matrix3Xd& first, const std::vector<std::string>& names,

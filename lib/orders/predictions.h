@@ -36,6 +36,9 @@ struct Predictions {
 Predictions predict(const Chain& chain, const WantedOrders& wanted,
                     const std::function<Eigen::MatrixXd(const Centre&)>& directions);
 
+/// The directions that move the position to first order, at most three: right singular vectors of J.
+Eigen::MatrixXd first_order_directions(const Centre& centre);
+
 /// The input with the largest share in the first-order variance of a component: `names` has one a normal; normals of
 /// one name count together, those without ("") not at all.
 struct DominantInput {

@@ -14,7 +14,8 @@ namespace {
 struct Node {
   double t;
   Eigen::Vector3d shift;
-  Eigen::Matrix3d covariance;
+  Eigen::Matrix3Xd across;                                          ///< J (1 - v v')
+  Eigen::Matrix3d covariance, with_next = Eigen::Matrix3d::Zero();  ///< across across', and with that of the next node
 };
 
 std::vector<double> even_grid(double reach, int count) {
@@ -24,9 +25,8 @@ std::vector<double> even_grid(double reach, int count) {
 }
 
 Node node_at(double t, const Expansion& e, const Eigen::VectorXd& v) {
-  Node n{t, {}, {}};
-  const Eigen::Vector3d along = e.first * v;
-  n.covariance = e.first * e.first.transpose() - along * along.transpose();
+  Node n{t, {}, e.first - (e.first * v) * v.transpose(), {}};
+  n.covariance = n.across * n.across.transpose();
   for (Eigen::Index a = 0; a < 3; ++a)
     n.shift[a] = (e.trace[a] - v.dot(e.along[static_cast<std::size_t>(a)].col(0))) / 2;
   return n;
@@ -55,25 +55,33 @@ std::vector<Node> without_wild(std::vector<Node> nodes) {
     return !(n.covariance.allFinite() && n.shift.allFinite() && n.covariance.trace() <= most);
   };
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), is_wild), nodes.end());
+  for (std::size_t i = 1; i < nodes.size(); ++i) {
+    const Eigen::Matrix3d both = nodes[i - 1].across * nodes[i].across.transpose();
+    nodes[i - 1].with_next = both + both.transpose();
+  }
   return nodes;
 }
 
-/// Linear between the nodes, constant beyond.
-Node between(const std::vector<Node>& nodes, double t) {
-  if (t <= nodes.front().t) return nodes.front();
+struct Rest {
+  Eigen::Vector3d shift;
+  Eigen::Matrix3d covariance;
+};
+/// J linear between the nodes, constant beyond.
+Rest between(const std::vector<Node>& nodes, double t) {
+  if (t <= nodes.front().t) return {nodes.front().shift, nodes.front().covariance};
   for (std::size_t i = 1; i < nodes.size(); ++i)
     if (t <= nodes[i].t) {
       const Node &a = nodes[i - 1], &b = nodes[i];
-      const double s = (t - a.t) / (b.t - a.t);
-      return {t, (1 - s) * a.shift + s * b.shift, (1 - s) * a.covariance + s * b.covariance};
+      const double s = (t - a.t) / (b.t - a.t), r = 1 - s;
+      return {r * a.shift + s * b.shift, r * r * a.covariance + s * s * b.covariance + r * s * a.with_next};
     }
-  return nodes.back();
+  return {nodes.back().shift, nodes.back().covariance};
 }
 
 Mixture mixture_of(const Profile& p, const std::vector<Node>& nodes, const Eigen::Matrix3d& curvature) {
   Mixture mixture;
   for (std::size_t i = 0; i < p.t.size(); ++i) {
-    const Node rest = between(nodes, p.t[i]);
+    const Rest rest = between(nodes, p.t[i]);
     mixture.push_back(
         {p.weights[i], p.path.col(static_cast<Eigen::Index>(i)) + rest.shift, rest.covariance + curvature / 2});
   }

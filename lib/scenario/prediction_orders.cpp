@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimate/estimators.h"
+
 namespace surveymc::scenario {
 
 PredictionOrders read_prediction_orders(config::ConfigReader& c) {
@@ -32,6 +34,18 @@ PredictionOrders read_prediction_orders(config::ConfigReader& c) {
       c.integer("prediction.nodes", 3, 241, "nodes of first order around the profile's path, within 4 sigma", 9));
   c.require(p.wanted.options.grid % 2 == 1, "prediction.grid", "must be odd: one point is the centre");
   c.require(p.wanted.options.nodes % 4 == 1, "prediction.nodes", "must be 5, 9, 13, ...: every other node is a check");
+  return p;
+}
+
+PredictionOrders read_msa_orders(config::ConfigReader& c, const sensor::NoiseModel& noise,
+                                 const std::string& estimator) {
+  PredictionOrders p = read_prediction_orders(c);
+  if (!p.any()) return p;
+  c.require(noise.law == sensor::NoiseLaw::gaussian, "prediction.orders",
+            "beyond \"first\" are made of normals: noise.law must be \"gaussian\"");
+  c.require(estimate::estimator_kind(estimator).takes_subset, "prediction.orders",
+            fmt::format("beyond \"first\" have no derivatives of estimator.name = \"{}\", which does not fit (Bh, Bv)",
+                        estimator));
   return p;
 }
 

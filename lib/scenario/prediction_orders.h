@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "config/config.h"
+#include "estimate/estimator.h"
 #include "orders/predictions.h"
+#include "sensor/magnetometer.h"
 
 namespace surveymc::scenario {
 
@@ -17,5 +19,9 @@ struct PredictionOrders {
 
 /// Reads prediction.orders, grid and nodes; without `orders`, first order alone. Throws InputError.
 PredictionOrders read_prediction_orders(config::ConfigReader& config);
+/// The same of positions after multi-station analysis (analysis/msa_chain.h), which need Gaussian noise and an
+/// estimator that fits (Bh, Bv).
+PredictionOrders read_msa_orders(config::ConfigReader& config, const sensor::NoiseModel& noise,
+                                 const std::string& estimator);
 
 }  // namespace surveymc::scenario

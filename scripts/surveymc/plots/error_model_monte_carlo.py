@@ -52,7 +52,7 @@ def ratio_figure(title, axes, keys, margin):
             shown, second = {}, {}
             for label, md in zip(looks, depths):
                 rows = here.where(lambda i: here["formulation"][i] == "minimum_curvature" and here["md_m"][i] == md and np.isfinite(here["ratio"][i]))
-                more = here.where(lambda i: here["formulation"][i] == "second_order" and here["md_m"][i] == md and np.isfinite(here["analytic"][i]))
+                more = here.where(lambda i: here["formulation"][i] == "second" and here["md_m"][i] == md and np.isfinite(here["analytic"][i]))
                 if rows.rows:
                     shown[label] = rows
                 if rows.rows and more.rows == rows.rows and MULTIPLIER in rows:
