@@ -105,6 +105,8 @@ LinearRun linear_run(const std::vector<StationReadings>& readings, const PerPara
   return run;
 }
 
+}  // namespace
+
 FitBatch batch_of(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet& set, const FitBlock& out,
                   const survey::LaneArray* weights) {
   FitBlock& to = const_cast<FitBlock&>(out);  // kernels that only read the estimates leave them as they are
@@ -131,8 +133,6 @@ FitBatch batch_of(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet
   b.scalar_stride = to.cost.group_stride();
   return b;
 }
-
-}  // namespace
 
 FitPlan fit_plan(const FitOptions& o) {
   require(o.parameters.size() > 0, "parameters: must name at least one");
@@ -176,12 +176,9 @@ FitPlan fit_plan(const FitOptions& o) {
   return plan;
 }
 
-Fit fit(const std::vector<StationReadings>& stations, const FitOptions& o, const std::vector<double>& weights) {
-  const FitPlan plan = fit_plan(o);
+SixAxisBlock block_of(const std::vector<StationReadings>& stations) {
   const auto count = static_cast<int>(stations.size());
-  require(weights.empty() || weights.size() == stations.size(), "weights: {} for {} stations", weights.size(), count);
   SixAxisBlock block(1, count, true);
-  survey::LaneArray weight(1, count);
   for (int k = 0; k < count; ++k) {
     const StationReadings& s = stations[static_cast<std::size_t>(k)];
     const std::array<double, 3> g{s.gravity_T.x, s.gravity_T.y, s.gravity_T.z},
@@ -192,8 +189,17 @@ Fit fit(const std::vector<StationReadings>& stations, const FitOptions& o, const
       block.magnetic.fill(0, 3 * k + i, b[static_cast<std::size_t>(i)]);
       block.reference.fill(0, 3 * k + i, r[static_cast<std::size_t>(i)]);
     }
-    weight.fill(0, k, weights.empty() ? 1 : weights[static_cast<std::size_t>(k)]);
   }
+  return block;
+}
+
+Fit fit(const std::vector<StationReadings>& stations, const FitOptions& o, const std::vector<double>& weights) {
+  const FitPlan plan = fit_plan(o);
+  const auto count = static_cast<int>(stations.size());
+  require(weights.empty() || weights.size() == stations.size(), "weights: {} for {} stations", weights.size(), count);
+  const SixAxisBlock block = block_of(stations);
+  survey::LaneArray weight(1, count);
+  for (int k = 0; k < count; ++k) weight.fill(0, k, weights.empty() ? 1 : weights[static_cast<std::size_t>(k)]);
   FitBlock found(1, o);
   fit_block(block, plan, o.parameters, found, weights.empty() ? nullptr : &weight);
 

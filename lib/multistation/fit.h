@@ -87,6 +87,9 @@ struct SixAxisBlock {
   survey::LaneArray reference;          ///< rows reference_stride k + {gravity, first, second}
 };
 
+/// One run as a block of one trial, with a reference for each station.
+SixAxisBlock block_of(const std::vector<StationReadings>& stations);
+
 /// Estimates of many trials.
 struct FitBlock {
   /// `variances`: with posterior variances, from the last normal matrix.

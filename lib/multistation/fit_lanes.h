@@ -2,6 +2,7 @@
 /// The kernels behind fit_block and its relatives, for both instruction sets (simd/lanes.h).
 #include "multistation/fit_kernel.h"
 #include "simd/instruction_set.h"
+#include "survey/readings.h"
 
 namespace surveymc::multistation {
 
@@ -22,6 +23,12 @@ struct FitBatch {
   double *gravity_out, *magnetic_out, *residuals;
   std::size_t residuals_stride;
 };
+
+struct SixAxisBlock;
+struct FitBlock;
+/// The view of a block (fit.h). `weights` may be null.
+FitBatch batch_of(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set, const FitBlock& out,
+                  const survey::LaneArray* weights);
 
 SURVEYMC_KERNEL(void fit_batch(const FitBatch& batch))
 SURVEYMC_KERNEL(void correct_batch(const FitBatch& batch))

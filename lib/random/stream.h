@@ -43,6 +43,9 @@ enum class Channel : std::uint32_t {
   station_error = 61,        ///< error models: draws of one station, in their order; 62, 70 .. 74: rare_channels.h
   disturbed_run = 80,  ///< index as in survey/sensor_terms.h, 12 interference, 13 total field, 14 dip, 15 declination
   disturbed_station = 81,  ///< index 4 station + {total field, dip, declination} (sensor/disturbed_runs.h)
+  gross_choice = 90,       ///< index: which stations are wrong, one uniform a place (sensor/gross_stations.h)
+  gross_size = 91,         ///< index 4 station + axis; of an error that stations share, station 0
+  robust_subset = 92,      ///< index of a place in the subsets of lmeds (multistation/subsets.h)
 };
 
 class Stream {

@@ -1,0 +1,59 @@
+#pragma once
+/// Losses that make a fit robust against stations in error: the weight of a station by the length of its residual.
+///
+///   t = |r_k| / s,  s = median |r_k| / scale_of_median(d),  d components a station, normal where nothing is wrong
+///   l1 1 / max(t, .05);  huber min(1, 1.7 / t);  cauchy 1 / (1 + (t / 2.6)^2);  tukey (1 - (t / 4.7)^2)^2, 0 from 4.7
+/// One weight for all components of a station: weights of single components would bias the dip. Tuning constants are
+/// those of regression with some 0.95 of the efficiency of least squares. Sources: P. Huber, Robust Statistics, 1981;
+/// GROOPS, robustLeastSquares (T. Mayer-Guerr et al.), whose weight beyond h sigma is a power of h sigma / |e|: huber
+/// here with power 1; P. Holland and R. Welsch, Comm. Stat. A6, 1977 (cauchy, tukey).
+#include <array>
+#include <string>
+#include <vector>
+
+#include "simd/lanes.h"
+
+namespace surveymc::multistation {
+
+enum class Loss { least_squares, l1, huber, cauchy, tukey };
+/// "least_squares", "l1", "huber", "cauchy", "tukey".
+const std::vector<std::string>& loss_names();
+
+inline constexpr double kL1Floor = 0.05, kHuber = 1.7, kCauchy = 2.6, kTukey = 4.7;
+
+/// Weight of a station whose residual is t scales long. At least 0, at most 1 (l1: 1 / kL1Floor), and falling in t.
+/// `t2`: t^2.
+template <class T>
+[[gnu::always_inline]] inline T station_weight(Loss loss, const T& t2) {
+  const T one(1.0), zero(0.0);
+  switch (loss) {
+    case Loss::least_squares:
+      return one;
+    case Loss::l1:
+      return one / simd::max(simd::sqrt(t2), T(kL1Floor));
+    case Loss::huber:
+      return T(kHuber) / simd::max(simd::sqrt(t2), T(kHuber));
+    case Loss::cauchy:
+      return one / simd::fma(t2, T(1 / (kCauchy * kCauchy)), one);
+    case Loss::tukey: {
+      const T inside = simd::max(simd::fma(t2, T(-1 / (kTukey * kTukey)), one), zero);
+      return inside * inside;
+    }
+  }
+  return one;
+}
+
+/// Median length of a vector of `components` standard normals: 1.1774 of two, 1.5382 of three.
+double scale_of_median(int components);
+
+/// What a loss costs where nothing is wrong: residuals normal with unit sd, `components` a station, many stations.
+///   E w;  v = E[(w t)^2] / d / (E[w + w' t / d])^2, the variance of an estimate over that of least squares
+struct LossCost {
+  double mean_weight = 1;
+  double variance = 1;  ///< v
+  /// With P = sum w J'J the covariance of the estimate is P^-1 times this: v E w.
+  double covariance_factor() const { return variance * mean_weight; }
+};
+LossCost loss_cost(Loss loss, int components);
+
+}  // namespace surveymc::multistation

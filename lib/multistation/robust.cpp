@@ -1,0 +1,84 @@
+#include "multistation/robust.h"
+
+#include "base/error.h"
+#include "multistation/robust_lanes.h"
+#include "multistation/subsets.h"
+
+namespace surveymc::multistation {
+
+int robust_components(const FitPlan& plan) {
+  const bool sees_gravity =
+      plan.corrects_accelerometers || plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind;
+  return sees_gravity ? kResiduals : kResiduals - 1;
+}
+
+void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet& set, const RobustOptions& options,
+                      const random::Stream& stream, std::uint64_t first_trial, FitBlock& out, RobustBlock& robust,
+                      const survey::LaneArray* given) {
+  RobustBatch b{};
+  b.fit = batch_of(r, plan, set, out, given);
+  b.options = options;
+  b.options.smallest_scale = 1e-9;  // of the sizes: exact readings have no scale
+  b.problem.shape = {r.stations, robust_components(plan), plan.size()};
+  std::array<double, kUnknowns> unit, information;
+  for (int i = 0; i < plan.size(); ++i) {
+    const std::size_t at = static_cast<std::size_t>(plan.kinds[static_cast<std::size_t>(i / 3)] + i % 3);
+    unit[static_cast<std::size_t>(i)] = 1;
+    information[static_cast<std::size_t>(i)] = plan.free[at] ? plan.precision[at] : 1;
+  }
+  b.problem.unit = unit.data();
+  b.problem.prior_information = information.data();
+  b.problem.scale_of_median = scale_of_median(b.problem.shape.components);
+  std::vector<int> subsets;
+  if (options.start == RobustStart::lmeds) {
+    b.problem.subset_count = kSubsets;
+    b.problem.subset_size = subset_size(set.size(), r.stations);
+    for (int g = 0; g < r.groups(); ++g) {
+      const std::vector<int> own = draw_subsets(stream, first_trial / simd::kGroup + static_cast<std::uint64_t>(g),
+                                                r.stations, b.problem.subset_size);
+      subsets.insert(subsets.end(), own.begin(), own.end());
+      b.subsets_stride = own.size();
+    }
+    b.problem.subsets = subsets.data();
+  }
+  survey::LaneArray scratch(1, static_cast<int>(RobustMemory<double>::size(b.problem.shape)));
+  b.scratch = scratch.row(0, 0);
+  b.weights = robust.weights.row(0, 0);
+  b.weights_stride = robust.weights.group_stride();
+  b.scale = robust.scale.row(0, 0);
+  b.reweightings = robust.reweightings.row(0, 0);
+  b.scalar_stride = robust.scale.group_stride();
+  simd::run_kernel<isa_v3::robust_batch, isa_v4::robust_batch>(b);
+}
+
+RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOptions& o, const RobustOptions& robust,
+                     const random::Stream& stream) {
+  const FitPlan plan = fit_plan(o);
+  const int count = static_cast<int>(stations.size());
+  FitBlock found(1, o);
+  RobustBlock block(1, count);
+  robust_fit_block(block_of(stations), plan, o.parameters, robust, stream, 0, found, block);
+  require(found.converged.value(0, 0) != 0,
+          "the robust fit of {} stations has no solution: too few of them, or no weight is left", count);
+  RobustFit out;
+  for (int k = 0; k < count; ++k) out.weights.push_back(block.weights.value(0, k));
+  out.scale = block.scale.value(0, 0);
+  out.reweightings = static_cast<int>(block.reweightings.value(0, 0));
+  out.fit = fit(stations, o, out.weights);
+  // N^-1 (f J'WJ + P) N^-1 with J'WJ = N - P: the priors cost nothing.
+  const double factor = loss_cost(robust.loss, robust_components(plan)).covariance_factor();
+  Eigen::VectorXd precision(o.parameters.size());
+  for (int i = 0; i < o.parameters.size(); ++i) {
+    const double sd = o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))];
+    precision[i] = 1 / (sd * sd);
+  }
+  const Eigen::MatrixXd more =
+      (factor - 1) * (out.fit.posterior - out.fit.posterior * precision.asDiagonal() * out.fit.posterior);
+  out.fit.posterior += more;
+  out.fit.covariance += more;
+  for (int i = 0; i < o.parameters.size(); ++i)
+    if (precision[i] > 0) out.fit.learnt[i] = 1 - out.fit.covariance(i, i) * precision[i];
+  return out;
+}
+
+}  // namespace surveymc::multistation

@@ -1,0 +1,50 @@
+#pragma once
+/// Robust multi-station analysis with any parameters of the table: the fit of fit.h with weights of the stations that
+/// are found from their residuals (robust_kernel.h). A station's residual has the components Bh and Bv, and |g| where
+/// parameters of the accelerometers or the reference are estimated. A shared error of the reference is no gross error:
+/// the scale of the residuals includes it.
+#include <cstdint>
+#include <vector>
+
+#include "multistation/fit.h"
+#include "multistation/robust_kernel.h"
+#include "random/stream.h"
+
+namespace surveymc::multistation {
+
+/// Components of a station's residual: 2 or 3.
+int robust_components(const FitPlan& plan);
+
+/// What a robust fit of many trials finds beside the estimates.
+struct RobustBlock {
+  RobustBlock(int trials, int stations)
+      : weights(survey::groups_for(trials), stations),
+        scale(survey::groups_for(trials), 1),
+        reweightings(survey::groups_for(trials), 1) {}
+  survey::LaneArray weights;  ///< row k: of station k
+  survey::LaneArray scale;    ///< of the residuals, in units of their sizes
+  survey::LaneArray reweightings;
+};
+
+/// Fills estimate, reference and converged of `out` (no variance, cost and iterations). `first_trial`, a multiple of
+/// kGroup, and `stream` address the subsets of the start lmeds. `given`: null, or row k the weight of station k of a
+/// least-squares fit that knows which stations to trust.
+void robust_fit_block(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set,
+                      const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
+                      FitBlock& out, RobustBlock& robust, const survey::LaneArray* given = nullptr);
+
+/// One run.
+struct RobustFit {
+  /// Of the weighted stations. Its covariance is that of the loss, (J'WJ + P)^-1 (v E w J'WJ + P) (J'WJ + P)^-1
+  /// (loss.h), by the a-priori sizes of the residuals.
+  Fit fit;
+  std::vector<double> weights;  ///< one a station
+  double scale = 1;             ///< of the residuals, in units of their sizes
+  int reweightings = 0;
+};
+/// Throws InputError as fit(), and where too few stations have any
+/// weight.
+RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOptions& options,
+                     const RobustOptions& robust, const random::Stream& stream);
+
+}  // namespace surveymc::multistation

@@ -1,0 +1,278 @@
+#pragma once
+/// Robust fit of the parameters of a tool to the stations of a run: least squares with a weight for each station, which
+/// is found from the length of the station's residual, again and again (IRLS). For one trial or for lanes of trials.
+///
+///   minimise  sum_k w_k |r_k(x)|^2 + sum_a P_a x_a^2,   w_k = weight(|r_k| / s)   (loss.h)
+/// Start: the least-squares fit, or of `lmeds` the fit to few stations for which the median of |r_k|^2 over all
+/// stations is least, of many random subsets (P. Rousseeuw, J. Amer. Stat. Assoc. 79, 1984: least median of squares).
+/// The subsets are fitted to the residuals linearised at the start. Loss tukey has no breakdown point from a
+/// least-squares start: what holds the fit has weight one there. A lane that has finished is frozen: its answer does
+/// not depend on the other lanes.
+#include <cstddef>
+
+#include "multistation/loss.h"
+#include "multistation/sorted.h"
+
+namespace surveymc::multistation {
+
+/// Which scale the residuals have.
+enum class RobustScale {
+  reweighted,  ///< the median of the residuals, anew before each reweighting
+  start,       ///< of the start's residuals, from then on
+  a_priori     ///< 1: residuals are in units of their standard deviation
+};
+enum class RobustStart { least_squares, lmeds };
+
+struct RobustOptions {
+  Loss loss = Loss::cauchy;
+  RobustScale scale = RobustScale::reweighted;
+  RobustStart start = RobustStart::least_squares;
+  int reweightings = 25;      ///< at most
+  int newton_steps = 10;      ///< of the least-squares fit, at most
+  double tolerance = 1e-7;    ///< ends when every step is below this part of `unit`
+  double smallest_scale = 0;  ///< s is at least this: where all residuals vanish
+};
+
+struct RobustShape {
+  int stations = 0, components = 0, parameters = 0;
+};
+
+/// What all trials of a fit share. Parameters are near 0 and have any unit.
+struct RobustProblem {
+  RobustShape shape;
+  const double* unit = nullptr;               ///< of each parameter: its size that matters
+  const double* prior_information = nullptr;  ///< P_a, 1 / variance, in the units of the residuals; 0: no prior
+  double scale_of_median = 1;                 ///< loss.h
+  const int* subsets = nullptr;               ///< stations of each, one subset after the other; of lmeds
+  int subset_count = 0, subset_size = 0;
+  /// Of the least-squares fit, a row of kGroup lanes a station; null: 1. Loss least_squares keeps them.
+  const double* given_weights = nullptr;
+};
+
+/// Memory of one fit, in values of T: arrays one after the other.
+template <class T>
+struct RobustMemory {
+  T *residual, *jacobian;  ///< (k components + i), times parameters + a
+  T* weight;               ///< a station
+  T *matrix, *gradient, *x, *step, *best, *sorted, *squares;
+  static constexpr std::size_t size(const RobustShape& s) {
+    const auto k = static_cast<std::size_t>(s.stations), c = static_cast<std::size_t>(s.components),
+               p = static_cast<std::size_t>(s.parameters);
+    return k * c * (1 + p) + 3 * k + p * (p + 1) / 2 + 4 * p;
+  }
+  RobustMemory(T* memory, const RobustShape& s) {
+    const auto k = static_cast<std::size_t>(s.stations), c = static_cast<std::size_t>(s.components),
+               p = static_cast<std::size_t>(s.parameters);
+    const auto next = [&memory](std::size_t n) {
+      T* at = memory;
+      memory += n;
+      return at;
+    };
+    residual = next(k * c);
+    jacobian = next(k * c * p);
+    weight = next(k);
+    sorted = next(k);
+    squares = next(k);
+    matrix = next(p * (p + 1) / 2);
+    gradient = next(p);
+    x = next(p);
+    step = next(p);
+    best = next(p);
+  }
+};
+
+/// What is found beside x and the weights, which are in the memory.
+template <class T>
+struct RobustOutcome {
+  T scale;         ///< s
+  T reweightings;  ///< that were made
+  T converged;     ///< 1; 0 where the stations do not determine the parameters
+};
+
+/// Matrix and gradient of one station, times w, onto those of the fit. C: components, known to the compiler.
+template <class T, int C>
+void add_station(const RobustMemory<T>& m, int parameters, int k, const T& w) {
+  const T* j = m.jacobian + static_cast<std::ptrdiff_t>(k) * C * parameters;
+  const T* r = m.residual + static_cast<std::ptrdiff_t>(k) * C;
+  T* row = m.matrix;
+  for (int a = 0; a < parameters; ++a) {
+    T wj[C];
+    for (int i = 0; i < C; ++i) wj[i] = w * j[i * parameters + a];
+    for (int b = 0; b <= a; ++b) {
+      T sum = row[b];
+      for (int i = 0; i < C; ++i) sum = fma(wj[i], j[i * parameters + b], sum);
+      row[b] = sum;
+    }
+    T g = m.gradient[a];
+    for (int i = 0; i < C; ++i) g = fma(wj[i], r[i], g);
+    m.gradient[a] = g;
+    row += a + 1;
+  }
+}
+
+template <class T, int C>
+struct Reweighting {
+  const RobustProblem& problem;
+  const RobustOptions& options;
+  RobustMemory<T> m;
+  int stations, parameters;
+
+  Reweighting(const RobustProblem& p, const RobustOptions& o, T* memory)
+      : problem(p), options(o), m(memory, p.shape), stations(p.shape.stations), parameters(p.shape.parameters) {}
+
+  void begin_equations(const T* x) {
+    for (int a = 0, at = 0; a < parameters; ++a) {
+      for (int b = 0; b <= a; ++b) m.matrix[at++] = T(0.0);
+      const T information(problem.prior_information ? problem.prior_information[a] : 0.0);
+      m.matrix[at - 1] = information;
+      m.gradient[a] = information * x[a];
+    }
+  }
+
+  /// m.step = -matrix^-1 gradient by L D L'; not finite where the matrix is singular.
+  void solve_equations() {
+    T* const a = m.matrix;
+    const auto row = [a](int i) { return a + i * (i + 1) / 2; };
+    for (int j = 0; j < parameters; ++j) {
+      T* const rj = row(j);
+      T d = rj[j];
+      for (int k = 0; k < j; ++k) {
+        const T ld = rj[k];
+        rj[k] = ld * row(k)[k];
+        d = fma(-rj[k], ld, d);
+      }
+      rj[j] = T(1.0) / d;
+      for (int i = j + 1; i < parameters; ++i) {
+        T s = row(i)[j];
+        for (int k = 0; k < j; ++k) s = fma(-row(i)[k], rj[k], s);
+        row(i)[j] = s;
+      }
+    }
+    for (int i = 0; i < parameters; ++i) {
+      T s = -m.gradient[i];
+      for (int k = 0; k < i; ++k) s = fma(-row(i)[k], m.step[k], s);
+      m.step[i] = s;
+    }
+    for (int i = 0; i < parameters; ++i) m.step[i] = m.step[i] * row(i)[i];
+    for (int i = parameters - 2; i >= 0; --i) {
+      T s = m.step[i];
+      for (int k = i + 1; k < parameters; ++k) s = fma(-row(k)[i], m.step[k], s);
+      m.step[i] = s;
+    }
+  }
+
+  /// The step is finite and its matrix positive definite.
+  auto sound() const {
+    auto good = T(0.0) < T(1.0);
+    for (int a = 0; a < parameters; ++a)
+      good = good & (T(0.0) < m.matrix[a * (a + 1) / 2 + a]) & (abs(m.step[a]) < T(1e300));
+    return good;
+  }
+
+  /// m.squares: |r_k|^2.
+  void square_residuals() {
+    for (int k = 0; k < stations; ++k) {
+      T sum(0.0);
+      for (int i = 0; i < C; ++i) {
+        const T r = m.residual[k * C + i];
+        sum = fma(r, r, sum);
+      }
+      m.squares[k] = sum;
+    }
+  }
+
+  /// The median of the lengths whose squares are given, over scale_of_median.
+  T scale_of(const T* squares) {
+    for (int k = 0; k < stations; ++k) m.sorted[k] = sqrt(squares[k]);
+    return max(median_of(m.sorted, stations) * T(1 / problem.scale_of_median), T(options.smallest_scale));
+  }
+
+  /// The best of the subsets, by the residuals and derivatives in the memory, at m.x = the start: m.best is its step.
+  void find_subset() {
+    T least(1e300);
+    for (int a = 0; a < parameters; ++a) m.best[a] = T(0.0);
+    for (int s = 0; s < problem.subset_count; ++s) {
+      begin_equations(m.x);
+      for (int i = 0; i < problem.subset_size; ++i)
+        add_station<T, C>(m, parameters, problem.subsets[s * problem.subset_size + i], T(1.0));
+      solve_equations();
+      for (int k = 0; k < stations; ++k) {
+        T sum(0.0);
+        for (int i = 0; i < C; ++i) {
+          const T* j = m.jacobian + static_cast<std::ptrdiff_t>(k * C + i) * parameters;
+          T r = m.residual[k * C + i];
+          for (int a = 0; a < parameters; ++a) r = fma(j[a], m.step[a], r);
+          sum = fma(r, r, sum);
+        }
+        m.sorted[k] = sum;
+      }
+      const T median = median_of(m.sorted, stations);
+      const auto better = (median < least) & sound();
+      least = select(better, median, least);
+      for (int a = 0; a < parameters; ++a) m.best[a] = select(better, m.step[a], m.best[a]);
+    }
+  }
+
+  /// `evaluate(x, residual, jacobian)` fills both arrays of the memory. The start is `start`.
+  template <class Evaluate>
+  RobustOutcome<T> run(const Evaluate& evaluate, const T* start) {
+    const T one(1.0), zero(0.0);
+    for (int a = 0; a < parameters; ++a) m.x[a] = start[a];
+    for (int k = 0; k < stations; ++k)
+      m.weight[k] =
+          problem.given_weights ? load<T>(problem.given_weights + static_cast<std::ptrdiff_t>(k) * kGroup) : one;
+    const auto everyone = zero < one;
+    auto good = everyone, active = everyone;
+    // One step with the weights there are; what is not active stays.
+    const auto step = [&] {
+      begin_equations(m.x);
+      for (int k = 0; k < stations; ++k) add_station<T, C>(m, parameters, k, m.weight[k]);
+      solve_equations();
+      const auto sound_step = sound();
+      good = good & (sound_step | (!active));
+      T largest(0.0);
+      for (int a = 0; a < parameters; ++a) {
+        m.x[a] = select(active & sound_step, m.x[a] + m.step[a], m.x[a]);
+        largest = max(largest, abs(m.step[a]) * T(1 / problem.unit[a]));
+      }
+      active = active & sound_step & (T(options.tolerance) < largest);
+    };
+    evaluate(m.x, m.residual, m.jacobian);
+    if (options.start == RobustStart::lmeds) {
+      find_subset();
+      for (int a = 0; a < parameters; ++a) m.x[a] = m.x[a] + m.best[a];
+      evaluate(m.x, m.residual, m.jacobian);
+    } else {
+      for (int i = 0; i < options.newton_steps && any(active); ++i) {
+        step();
+        evaluate(m.x, m.residual, m.jacobian);
+      }
+    }
+    RobustOutcome<T> out;
+    square_residuals();
+    out.scale = options.scale == RobustScale::a_priori ? one : scale_of(m.squares);
+    out.reweightings = zero;
+    active = good;
+    for (int n = 0; options.loss != Loss::least_squares && n < options.reweightings && any(active); ++n) {
+      if (options.scale == RobustScale::reweighted && n > 0) out.scale = select(active, scale_of(m.squares), out.scale);
+      const T per_scale2 = one / (out.scale * out.scale);
+      for (int k = 0; k < stations; ++k)
+        m.weight[k] = select(active, station_weight<T>(options.loss, m.squares[k] * per_scale2), m.weight[k]);
+      out.reweightings = select(active, out.reweightings + one, out.reweightings);
+      step();
+      evaluate(m.x, m.residual, m.jacobian);
+      square_residuals();
+    }
+    out.converged = select(good, one, zero);
+    return out;
+  }
+};
+
+/// Reweighting of stations with C components. Results are in RobustMemory(memory, shape): x, weight, residual (at x).
+template <class T, int C, class Evaluate>
+RobustOutcome<T> reweight(const RobustProblem& problem, const RobustOptions& options, const Evaluate& evaluate,
+                          const T* start, T* memory) {
+  return Reweighting<T, C>(problem, options, memory).run(evaluate, start);
+}
+
+}  // namespace surveymc::multistation
