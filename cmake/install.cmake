@@ -23,7 +23,7 @@ install(DIRECTORY configs DESTINATION ${share})
 # Scripts of users; those that build and check the project stay behind.
 install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
   PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE
-  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|docs_site|draw_overview|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
+  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|docs_site|draw_[a-z]+|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
 # Licences of what is compiled in; a tarball adds those of the libraries that it brings along.

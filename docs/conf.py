@@ -15,6 +15,8 @@ html_theme = "furo"
 html_title = f"surveymc {version}"
 html_copy_source = html_show_sourcelink = False
 html_static_path = ["site.css"]
+html_extra_path = ["extra"]  # pictures of the gallery, which is HTML
+exclude_patterns = ["extra"]
 html_css_files = ["site.css"]
 highlight_language = "none"
 lexers.update(csv=TextLexer(), output=TextLexer())  # words of the pages that name no language of Pygments

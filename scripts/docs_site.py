@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Makes the pages of docs/ ready for Sphinx: docs_site.py SOURCE FOLDER [--notebooks FOLDER] [--results FOLDER]
 
-The front page is README.md. Pages get the list of what is below them, pages of studies their configs, tables and keys.
+The front page is README.md. Pages get the list of what is below them, pages of studies their configs.
 --notebooks has the notebooks with what they printed (tests/docs/test_notebook.py); without it they are shown as they are.
 --results has result files: the tables of every study get their columns, as the program names them, and the gallery gets a
 picture of every config of which FOLDER/report/figures has one (`surveymc studies --quick` makes both).
 """
 import argparse
+import json
 import pathlib
 import re
 import shutil
@@ -23,7 +24,7 @@ SECTIONS = {
     "How-to": ["using", "report", "cluster", "*"],
     "Studies": ["studies", "gallery"],
     "Reference": ["keys", "sweeps", "inputs", "error-model-files", "results-format", "tables/index", "comparison-tables", "show", "diff",
-                  "exit-codes", "conventions", "statistics", "orders", "glossary"],
+                  "exit-codes", "python", "conventions", "statistics", "orders", "glossary"],
     "Developers": ["architecture", "equations", "guarantees", "numerics", "performance", "developers/*"],
     "About": ["release-notes"],
 }
@@ -93,7 +94,7 @@ def cell(text):
 
 
 def study_pages(source, folder, pictures):
-    """Below each page of a study: its configs, tables and keys; and a page with a picture of each config."""
+    """Below each page of a study: its configs; and a page with a picture of each config."""
     configs, gallery = configs_of(source), ["# Gallery", "A picture of every config that has one, of its quick run; a click opens its study.", ""]
     known = tomllib.loads((source / "scripts/surveymc/studies.toml").read_text())
     for page in sorted((folder / "studies").glob("*.md")):
@@ -101,16 +102,14 @@ def study_pages(source, folder, pictures):
         of = configs.get(study, []) + (configs.get("reliability_well", []) if study == "reliability_map" else [])
         if not of:
             continue
-        tables = "collision" if study == "rare_event" else study
-        lines = ["", "## Configs, tables and keys",
-                 f"[Tables of the result](../tables/{tables}.md); [keys of the config](../keys.md#keys-of-{study}).", "",
-                 "| config | what it computes |", "|---|---|"]
+        lines = ["", "## All configs", "| config | what it computes |", "|---|---|"]
         lines += [f"| `{path}` | {cell(title)} |" for path, title, _ in of]
         page.write_text(page.read_text() + "\n".join(lines) + "\n")
         shown = [(path, title, pictures[pathlib.Path(path).with_suffix("").as_posix().removeprefix("configs/")]) for path, title, _ in of
                  if pathlib.Path(path).with_suffix("").as_posix().removeprefix("configs/") in pictures]
         if not shown and (folder / f"figures/studies/{study}.png").exists():
-            shown = [(of[0][0], of[0][1], f"figures/studies/{study}.png")]
+            shutil.copy(folder / f"figures/studies/{study}.png", folder / f"extra/gallery/{study}.png")
+            shown = [(of[0][0], of[0][1], f"gallery/{study}.png")]
         if shown:
             gallery += [f"## {known.get(study, {}).get('name', study)}", '<div class="gallery">', ""]
             gallery += [f'<figure><a href="studies/{study}.html"><img src="{picture}" alt="{html(title)}" loading="lazy"></a>'
@@ -172,21 +171,34 @@ def columns(folder, results):
         page.write_text(page.read_text() + "\n".join(lines) + "\n")
 
 
-def pictures_of(folder, results):
-    """{config: picture of the site}: the first figure of each result, made small."""
+def smaller(picture, to, width=640):
+    """A figure as PNG of at most `width` pixels and 64 colours."""
     from PIL import Image
+    to.parent.mkdir(parents=True, exist_ok=True)
+    with Image.open(picture) as image:
+        small = image.convert("RGB")
+        small.thumbnail((width, 4 * width))
+        small.quantize(64).save(to, optimize=True)
+
+
+def figures_of(results, name):
+    """The figures of result NAME that the report of `results` has drawn, in its order, as PNG."""
+    folder = (results / "report/figures" / name).parent
+    record = folder / f".{pathlib.PurePath(name).name}.figures.json"
+    files = json.loads(record.read_text())["files"] if record.exists() else []
+    return [path for path in (folder / pathlib.Path(file).with_suffix(".png") for file in files) if path.exists()]
+
+
+def pictures_of(folder, results):
+    """{config: picture of the site}: the first figure of each result."""
     found = {}
     for path in sorted(results.rglob("*.h5")) if results else []:
         name = path.relative_to(results).with_suffix("").as_posix()
-        figures = sorted((results / "report/figures").glob(f"{name.replace('/', '_')}*.png"), key=lambda p: len(p.name))
+        figures = figures_of(results, name)
         if figures:
-            to = folder / f"figures/gallery/{name.replace('/', '_')}.png"
-            to.parent.mkdir(parents=True, exist_ok=True)
-            with Image.open(figures[0]) as image:
-                small = image.convert("RGB")
-                small.thumbnail((640, 640))
-                small.quantize(64).save(to, optimize=True)
-            found[name] = to.relative_to(folder).as_posix()
+            to = folder / f"extra/gallery/{name.replace('/', '_')}.png"
+            smaller(figures[0], to, 480)
+            found[name] = to.relative_to(folder / "extra").as_posix()
     return found
 
 
@@ -200,6 +212,7 @@ def main():
     source, folder = options.source.resolve(), options.folder
     shutil.copytree(source / "docs", folder, ignore=shutil.ignore_patterns("claims", "*.ipynb"))
     shutil.copy(source / "CMakeLists.txt", folder)
+    (folder / "extra/gallery").mkdir(parents=True)
     if options.results:
         columns(folder, options.results)
     study_pages(source, folder, pictures_of(folder, options.results))

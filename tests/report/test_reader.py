@@ -235,7 +235,7 @@ class Elsewhere(unittest.TestCase):
         table = os.path.join(self.folder, "ellipse.csv")
         with open(table, "w", encoding="utf-8") as file:
             subprocess.run([SURVEYMC, "show", result.path, "ellipse", "--csv"], stdout=file, check=True)
-        # docs/report.md, the snippet for MATLAB and Octave
+        # docs/python.md, the snippet for MATLAB and Octave
         code = f"""addpath("{SCRIPTS}/surveymc");
             e = surveymc_table("{table}");
             k = find(strcmp(e.formulation, "joint") & strcmp(e.("case"), "reference exact") & strcmp(e.noise_law, "gaussian"));
