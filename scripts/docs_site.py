@@ -68,6 +68,8 @@ def lists_below(folder):
         page = folder / f"{parent}.md"
         if page.exists():
             names = sorted(p.relative_to(page.parent).with_suffix("").as_posix() for p in (folder / children).glob("*.md") if p != page)
+            if children in ("studies", "tables"):  # their titles are sentences
+                names = [f"{name.rsplit('/', 1)[-1]} <{name}>" for name in names]
             page.write_text(page.read_text() + toctree(names))
 
 
@@ -95,7 +97,7 @@ def cell(text):
 
 def study_pages(source, folder, pictures):
     """Below each page of a study: its configs; and a page with a picture of each config."""
-    configs, gallery = configs_of(source), ["# Gallery", "A picture of every config that has one, of its quick run; a click opens its study.", ""]
+    configs, gallery = configs_of(source), ["# Gallery", "Pictures of configs, of quick runs with few trials; a click opens the study.", ""]
     known = tomllib.loads((source / "scripts/surveymc/studies.toml").read_text())
     for page in sorted((folder / "studies").glob("*.md")):
         study = page.stem
