@@ -150,8 +150,8 @@ def columns(folder, results):
     for path in sorted(results.rglob("*.h5")):
         try:
             file = storage.open_file(path)
-        except OSError:
-            continue  # being written
+        except storage.ResultError:
+            continue  # damaged, or being written
         with file:
             tables = found.setdefault(file.attrs["experiment"], {})
             for name, table in file.get("tables", {}).items():

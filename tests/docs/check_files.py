@@ -45,4 +45,9 @@ for plain, title in named:
         assert f"def {plain}(" in code, f"guarantees.md: no test method {plain}"
     else:
         assert f"NAME {plain} " in cmake, f"guarantees.md: no test {plain}"
+promised = [row for row in re.search(r"^\| promise .*?(?=\n\n)", page, re.M | re.S)[0].splitlines() if row.startswith("| ")][1:]
+for row in promised:
+    for name in re.findall(r"`([\w.]+)", row.split("|")[3]):
+        assert re.search(rf"NAME {re.escape(name)} ", cmake) or name == "tutorial.", f"guarantees.md: no test {name}"
+assert len(promised) >= 8
 print(f"licence, citation and release notes of {version}")
