@@ -21,7 +21,7 @@ from surveymc import storage  # noqa: E402
 SECTIONS = {
     "Install": ["installing"],
     "Tutorials": ["tutorials/index", "notebooks/index"],
-    "How-to": ["using", "report", "cluster", "*"],
+    "How-to": ["howto", "using", "report", "cluster", "*"],
     "Studies": ["studies", "gallery"],
     "Reference": ["keys", "sweeps", "inputs", "error-model-files", "results-format", "tables/index", "comparison-tables", "show", "diff",
                   "exit-codes", "python", "conventions", "statistics", "orders", "glossary"],
