@@ -10,7 +10,9 @@
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
 #include "config/meanings.h"
+#include "propagate/disturbed_errors.h"
 #include "propagate/source_moments.h"
+#include "scenario/disturbance.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
@@ -141,6 +143,11 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.tools = scenario::read_tool_runs(c, s.survey);
   s.latitude = scenario::read_latitude(c, scenario::models_of(s.tools));
+  s.disturbance = scenario::read_disturbance(c, s.survey);
+  if (s.disturbance)
+    s.tools.runs = c.place("disturbance.kind").with_place([&] {
+      return propagate::disturbed_runs(s.tools.runs, *s.disturbance, s.field);
+    });
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
@@ -152,6 +159,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   read_sources(c, s);
   s.formulations = read_formulations(c);
   s.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
+  c.require(!s.antithetic || !s.disturbance || s.disturbance->symmetric(), "antithetic",
+            "a disturbance of kind \"series\" or \"diurnal\" and its negative are not equally likely");
   if (s.samples()) {
     s.verdict = compare::read_verdict_rule(c);
     s.trial_plan = compare::read_verdict_plan(c, ErrorModelMonteCarlo::rows_of(s), s.verdict, {20});

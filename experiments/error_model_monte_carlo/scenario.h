@@ -1,11 +1,13 @@
 #pragma once
 /// The config of the study `error_model_monte_carlo` as values (see study.cpp).
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compare/annotations.h"
 #include "compare/trial_plan.h"
 #include "compare/verdict.h"
+#include "disturbance/station_disturbance.h"
 #include "propagate/well_errors.h"
 #include "random/study_id.h"
 #include "scenario/error_models.h"
@@ -30,6 +32,7 @@ struct Scenario {
   survey::Survey survey;
   std::vector<double> tvd;  ///< m
   scenario::ToolRuns tools;
+  std::optional<disturbance::Disturbance> disturbance;  ///< its terms are in the models of `tools`
   std::vector<propagate::Validity> validity;
   double multiplier = 1;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;

@@ -28,6 +28,7 @@
 #include "propagate/ellipse.h"
 #include "propagate/hole_direction.h"
 #include "random/study_stream.h"
+#include "scenario/disturbance.h"
 #include "scenario/survey_spacing.h"
 #include "scenario/validity_tables.h"
 #include "stats/antithetic.h"
@@ -78,7 +79,12 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
       stream_(random::stream_of(s_.seed)),
       errors_(
           propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
+      independent_(errors_),
       stop_({}, s_.verdict, {}) {
+  if (s_.disturbance) {
+    disturbed_ = propagate::disturbed_draws(errors_, s_.tools.runs, *s_.disturbance, s_.field);
+    independent_ = propagate::with_independent_draws(errors_, *disturbed_);
+  }
   // A depth between stations needs the one below it, too.
   scenario::require_drawable(s_.model_place, errors_, propagate::point_at(s_.survey, s_.report_md.back()).station);
   predict();
@@ -107,9 +113,9 @@ void ErrorModelMonteCarlo::predict() {
     const propagate::HoleDirection along =
         propagate::hole_direction(stations[d.point.station - 1], stations[d.point.station], d.point.share);
     d.hla = survey::rotation_hla_from_nev(along.inclination, along.azimuth);
-    d.effects = propagate::draw_effects(errors_, d.point, propagate::FirstOrder::minimum_curvature);
+    d.effects = propagate::draw_effects(independent_, d.point, propagate::FirstOrder::minimum_curvature);
     const Matrix3d exact = propagate::covariance_of(d.effects);
-    d.orders = orders::predict(propagate::WellChain(errors_, d.point), wanted_, orders::first_order_directions);
+    d.orders = orders::predict(propagate::WellChain(independent_, d.point), wanted_, orders::first_order_directions);
     for (const std::string& name : s_.formulations) {
       if (!is_first_order(name)) {
         const orders::Moments m = *d.orders.of(name);
@@ -123,7 +129,7 @@ void ErrorModelMonteCarlo::predict() {
         d.formulations.push_back(f);
       } else {
         const auto at_station = [&](std::size_t k) {
-          return propagate::covariance_of(propagate::draw_effects(errors_, {k, 1}, propagate::FirstOrder::iscwsa));
+          return propagate::covariance_of(propagate::draw_effects(independent_, {k, 1}, propagate::FirstOrder::iscwsa));
         };
         d.formulations.push_back(
             formulation_of(name, name == "minimum_curvature" ? exact : between_stations(d.point, at_station)));
@@ -145,9 +151,9 @@ void ErrorModelMonteCarlo::predict_sources() {
   }
   // Sd at shallower stations, by which a source whose effects cancel is told.
   const Eigen::MatrixXd sds =
-      propagate::source_sds(errors_, depths_.back().point.station, propagate::FirstOrder::iscwsa);
+      propagate::source_sds(independent_, depths_.back().point.station, propagate::FirstOrder::iscwsa);
   for (const std::size_t i : single_) {
-    const propagate::ErrorSource& source = errors_.sources[i];
+    const propagate::ErrorSource& source = independent_.sources[i];
     sources_.emplace_back();
     for (const Depth& d : depths_) {
       sources_.back().emplace_back();
@@ -158,14 +164,14 @@ void ErrorModelMonteCarlo::predict_sources() {
         const bool is_exact = f.name == "minimum_curvature";
         const Eigen::Matrix3Xd effects =
             is_exact ? d.effects
-                     : propagate::draw_effects(errors_, {d.point.station, 1}, propagate::FirstOrder::iscwsa);
+                     : propagate::draw_effects(independent_, {d.point.station, 1}, propagate::FirstOrder::iscwsa);
         const auto at_station = [&](std::size_t k) {
-          return propagate::covariance_of(
-              k == d.point.station ? effects : propagate::draw_effects(errors_, {k, 1}, propagate::FirstOrder::iscwsa),
-              source);
+          if (k != d.point.station || disturbed_) return source_covariance(i, {k, 1}, propagate::FirstOrder::iscwsa);
+          return propagate::covariance_of(effects, source);
         };
         SourcePrediction p;
-        p.covariance = is_exact ? propagate::covariance_of(effects, source) : between_stations(d.point, at_station);
+        p.covariance = is_exact ? source_covariance(i, d.point, propagate::FirstOrder::minimum_curvature)
+                                : between_stations(d.point, at_station);
         const bool has_effect_of_one_draw = is_exact || d.point.share == 1;
         const propagate::Ellipsoid body = propagate::ellipsoid(p.covariance);
         const double whole = std::sqrt(f.covariance.trace());
@@ -186,6 +192,19 @@ void ErrorModelMonteCarlo::predict_sources() {
   }
 }
 
+Matrix3d ErrorModelMonteCarlo::source_covariance(std::size_t source, const propagate::WellPoint& point,
+                                                 propagate::FirstOrder which) const {
+  const bool is_random = errors_.sources[source].mode == error_model::PropagationMode::random;
+  if (!disturbed_ || !is_random)
+    return propagate::covariance_of(propagate::draw_effects(independent_, point, which), independent_.sources[source]);
+  // Independent draws belong to no source where elements are correlated: of this source alone they do.
+  std::vector<bool> keep(errors_.sources.size(), false);
+  keep[source] = true;
+  const propagate::WellErrors own =
+      propagate::with_independent_draws(propagate::only_sources(errors_, keep), *disturbed_);
+  return propagate::covariance_of(propagate::draw_effects(own, point, which));
+}
+
 std::size_t ErrorModelMonteCarlo::add_quantity(std::size_t drawn, std::size_t depth, const Vector3d& direction) {
   quantities_.push_back({drawn, depth, direction});
   return quantities_.size() - 1;
@@ -195,13 +214,15 @@ void ErrorModelMonteCarlo::plan_draws() {
   if (!s_.samples()) return;
   std::vector<propagate::WellPoint> points;
   for (const Depth& d : depths_) points.push_back(d.point);
-  const std::vector<propagate::DrawPlace> places = propagate::draw_places(errors_);
+  std::vector<propagate::DrawPlace> places = propagate::draw_places(errors_);
+  for (std::uint32_t i = 0; disturbed_ && i < disturbed_->draws.size(); ++i)
+    places[disturbed_->draws[i]] = {propagate::kGivenDraws, i};
   const auto add_well = [&](const propagate::WellErrors& errors, int source) {
     Drawn w{propagate::drawn_well(errors, points, places, true), source, {}};
     for (const Depth& d : depths_)
-      w.control.push_back(source < 0
-                              ? propagate::covariance_of(d.effects)
-                              : propagate::covariance_of(d.effects, errors_.sources[static_cast<std::size_t>(source)]));
+      w.control.push_back(source < 0 ? propagate::covariance_of(d.effects)
+                                     : source_covariance(static_cast<std::size_t>(source), d.point,
+                                                         propagate::FirstOrder::minimum_curvature));
     drawn_.push_back(std::move(w));
     nev_.emplace_back();
     for (std::size_t d = 0; d < depths_.size(); ++d) {
@@ -243,6 +264,14 @@ void ErrorModelMonteCarlo::plan_draws() {
   }
 }
 
+std::optional<survey::LaneArray> ErrorModelMonteCarlo::made_draws(std::uint64_t first_trial, int groups) const {
+  if (!disturbed_) return std::nullopt;
+  const auto fours = static_cast<int>((disturbed_->draws.size() + 3) / 4);
+  survey::LaneArray rows(groups, 4 * fours);
+  disturbed_->disturbance.fill(stream_, first_trial, s_.antithetic, groups, rows);
+  return rows;
+}
+
 stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const {
   const auto depths = static_cast<Eigen::Index>(depths_.size());
   const int groups = survey::groups_for(block.count);
@@ -251,9 +280,10 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
   tally.counts.assign(3 * s_.formulations.size() * depths_.size(), 0);
   // Errors and controls of every drawn well: a trial a row, 3 columns a depth.
   std::vector<Eigen::MatrixXd> errors, controls;
+  const std::optional<survey::LaneArray> made = made_draws(block.first, groups);
   for (const Drawn& w : drawn_) {
     survey::LaneArray out(groups, w.well.rows());
-    w.well.draw(stream_, block.first, s_.antithetic, groups, out);
+    w.well.draw(stream_, block.first, s_.antithetic, groups, out, made ? &*made : nullptr);
     errors.emplace_back(block.count, 3 * depths);
     controls.emplace_back(block.count, 3 * depths);
     for (int r = 0; r < 3 * static_cast<int>(depths); ++r)
@@ -306,7 +336,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
         const Vector3d r = e.row(t), linear = l.row(t);
         const Eigen::Vector2d h = r.head<2>();
         const double horizontal = h.dot(p.horizontal_weight * h);
-        values(t, column_of(f, 0)) = r.dot(p.weight * r) - linear.dot(p.weight * linear);
+        values(t, column_of(f, 0)) = r.dot(p.weight * r) - (has_memory() ? 0 : linear.dot(p.weight * linear));
         values(t, column_of(f, 1)) = horizontal;
         for (int a = 0; a < 2; ++a) values(t, column_of(f, 2 + a)) = p.horizontal_axes.col(a).dot(h);
         compare::count_inside(horizontal, tally.counts.data() + 3 * (d * s_.formulations.size() + f));
@@ -334,8 +364,9 @@ ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tall
   const double confidence = s_.verdict.interval_confidence(units(tally));
   const stats::ControlledEstimate sd = stats::controlled_sd(columns, variance, confidence, pairs),
                                   mean = stats::controlled_mean(columns, variance, confidence, pairs);
-  // The known mean of a control is that over all trials: where some failed, it serves no more.
-  const bool plain = tally.failed > 0;
+  // The known mean of a control is that over all trials: where some failed, it serves no more. Nor does its variance
+  // where the prediction of a disturbance is in question: a controlled sd is near it whatever the draws are.
+  const bool plain = tally.failed > 0 || has_memory();
   out.sd =
       plain ? compare::Estimate{sd.plain, sd.plain_interval} : compare::Estimate{sd.controlled, sd.controlled_interval};
   // A path that is linear in the draws leaves no residual, whose variance may be rounding below zero.
@@ -378,6 +409,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
     r.tables.push_back(order_coverage_table(tally));
   }
   r.tables.push_back(covariance_table(tally));
+  if (s_.disturbance) r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, &stream_));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
   r.tables.push_back(scenario::validity_table(s_.survey, s_.tools, s_.validity));
@@ -391,7 +423,9 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
 std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
   if (!s_.samples()) return {};
   survey::LaneArray out(1, drawn_.front().well.rows());
-  drawn_.front().well.draw(stream_, trial / simd::kGroup * simd::kGroup, s_.antithetic, 1, out);
+  const std::uint64_t first = trial / simd::kGroup * simd::kGroup;
+  const std::optional<survey::LaneArray> made = made_draws(first, 1);
+  drawn_.front().well.draw(stream_, first, s_.antithetic, 1, out, made ? &*made : nullptr);
   const int lane = static_cast<int>(trial % simd::kGroup);
   const auto places = propagate::draw_places(errors_);
   std::string text = fmt::format("trial {}\n", trial);

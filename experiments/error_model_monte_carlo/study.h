@@ -9,6 +9,7 @@
 #include "compare/verdict_stop.h"
 #include "error_model_monte_carlo/scenario.h"
 #include "orders/predictions.h"
+#include "propagate/disturbed_errors.h"
 #include "propagate/drawn_well.h"
 #include "propagate/well_chain.h"
 #include "stats/control_variate.h"
@@ -88,6 +89,15 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   void predict();
   void predict_sources();
   void plan_draws();
+  /// Draws of different stations are correlated.
+  bool has_memory() const {
+    return s_.disturbance && !(s_.disturbance->keeps_normals() && s_.disturbance->process.tau == 0);
+  }
+  /// Of one source alone at a point (m2).
+  Eigen::Matrix3d source_covariance(std::size_t source, const propagate::WellPoint& point,
+                                    propagate::FirstOrder which) const;
+  /// The draws of a disturbance, if there is one.
+  std::optional<survey::LaneArray> made_draws(std::uint64_t first_trial, int groups) const;
   std::size_t add_quantity(std::size_t drawn, std::size_t depth, const Eigen::Vector3d& direction);
   Found found(const stats::Tally& tally, std::size_t quantity) const;
   stats::SampleSummary summary_of(const stats::Tally& tally, std::size_t depth, Eigen::Index column) const;
@@ -112,6 +122,8 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   random::Stream stream_;
   propagate::WellErrors errors_;
   orders::WantedOrders wanted_;
+  std::optional<propagate::DisturbedDraws> disturbed_;  ///< draws of errors_ that a disturbance makes
+  propagate::WellErrors independent_;                   ///< errors_ by independent draws: for predictions
   std::vector<Depth> depths_;
   std::vector<std::size_t> single_;  ///< sources that are looked at alone
   /// sources_[i][depth][formulation] of single_[i]; first-order formulations in the order of `formulations`.

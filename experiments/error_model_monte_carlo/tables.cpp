@@ -102,9 +102,9 @@ std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::compared(const stats::
     if (row.table != table || !row.available) continue;
     const auto component = static_cast<std::size_t>(row.component);
     if (row.statistic == compare::Statistic::squared_distance) {
-      // NEES = that of the control, whose mean is known, and the mean of the difference.
+      // NEES = that of the control, whose mean is known, and the mean of the difference; with a disturbance itself.
       stats::SampleSummary nees = summary_of(tally, d, column_of(component, 0));
-      nees.mean += (depths_[d].formulations[component].weight * drawn_[0].control[d]).trace();
+      if (!has_memory()) nees.mean += (depths_[d].formulations[component].weight * drawn_[0].control[d]).trace();
       rows.push_back(compare::compare_row(row, nees, s_.verdict, tally.trials));
       continue;
     }
@@ -263,7 +263,7 @@ store::Table ErrorModelMonteCarlo::orders_table(const stats::Tally& tally) const
   compare::TableRows t(
       "orders", "which order of prediction the position needs, without a trial" + compare::at_confidence(s_.verdict));
   std::vector<std::string> inputs;
-  for (const propagate::ErrorDraw& draw : errors_.draws) inputs.push_back(errors_.sources[draw.source].code);
+  for (const propagate::ErrorDraw& draw : independent_.draws) inputs.push_back(independent_.sources[draw.source].code);
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     const Depth& depth = depths_[d];
     const auto row = [&](const std::string& quantity, const Vector3d& direction, std::size_t component) {

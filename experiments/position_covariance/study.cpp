@@ -10,7 +10,10 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "base/error.h"
 #include "compare/annotations.h"
@@ -18,6 +21,8 @@
 #include "montecarlo/threads.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
+#include "propagate/disturbed_errors.h"
+#include "scenario/disturbance.h"
 #include "scenario/scenario.h"
 #include "scenario/survey_spacing.h"
 #include "scenario/validity_tables.h"
@@ -85,11 +90,14 @@ std::vector<PublishedElement> compare(const std::vector<Published>& published, c
   return out;
 }
 
+constexpr std::size_t kMostDisturbed = 5000;
+
 struct Scenario {
   survey::ReferenceField field;
   double latitude = 0;  ///< rad; NaN where no model needs it
   survey::Survey survey;
   scenario::ToolRuns tools;
+  std::optional<disturbance::Disturbance> disturbance;  ///< its terms are in the models of `tools`
   std::vector<double> tvd;
   std::vector<propagate::Validity> validity;
   propagate::SourceDetail detail = propagate::SourceDetail::all;
@@ -114,6 +122,14 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.tools = scenario::read_tool_runs(c, s.survey);
   s.latitude = scenario::read_latitude(c, scenario::models_of(s.tools));
   s.tvd = scenario::read_true_vertical_depths(c, s.survey);
+  s.disturbance = scenario::read_disturbance(c, s.survey);
+  if (s.disturbance) {
+    c.require(s.survey.stations.size() <= kMostDisturbed, "disturbance.kind",
+              fmt::format("at most {} stations: time is quadratic in them", kMostDisturbed));
+    s.tools.runs = c.place("disturbance.kind").with_place([&] {
+      return propagate::disturbed_runs(s.tools.runs, *s.disturbance, s.field);
+    });
+  }
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
@@ -183,6 +199,7 @@ class PositionCovariance final : public study::StudyPoint {
     if (s.detail != propagate::SourceDetail::none)
       r.tables.push_back(is_apart ? std::move(by_source) : covariance_by_source_table(s.survey, result, s.detail));
     r.tables.push_back(of_stations(ellipsoid_table(s.survey, s.tvd, result.total, at_station(second_table))));
+    if (s.disturbance) r.tables.push_back(scenario::disturbance_table(*s.disturbance, s.field, nullptr));
     r.tables.push_back(tool_codes_table(s.tools));
     if (!s.last_only) r.tables.push_back(error_terms_table(s.tools));
     r.tables.push_back(scenario::validity_table(s.survey, s.tools, validity));
@@ -205,8 +222,14 @@ class PositionCovariance final : public study::StudyPoint {
 
   static propagate::ToolCovariances covariances_of(const Scenario& s, propagate::SourceDetail detail,
                                                    const AtStation& at_station) {
-    return propagate::tool_covariances(s.survey, s.tvd, s.tools.runs, s.field, s.latitude, detail, nullptr, false,
-                                       at_station);
+    if (!s.disturbance)
+      return propagate::tool_covariances(s.survey, s.tvd, s.tools.runs, s.field, s.latitude, detail, nullptr, false,
+                                         at_station);
+    propagate::StationEffects effects;
+    propagate::ToolCovariances c = propagate::tool_covariances(s.survey, s.tvd, s.tools.runs, s.field, s.latitude,
+                                                               detail, &effects, false, at_station);
+    propagate::add_correlation(c, effects, s.tools.runs, *s.disturbance, s.field, detail);
+    return c;
   }
 
   static bool is_long(const Scenario& s) {

@@ -40,8 +40,8 @@ std::string key_of(std::string option) {
 }
 
 bool is_own_name(std::string_view name, ForeignKind kind) {
-  constexpr std::array<std::string_view, 7> kSurvey{"md_m",         "md_ft", "inclination_deg", "azimuth_deg",
-                                                    "toolface_deg", "tvd_m", "tvd_ft"};
+  constexpr std::array<std::string_view, 8> kSurvey{"md_m",         "md_ft", "inclination_deg", "azimuth_deg",
+                                                    "toolface_deg", "tvd_m", "tvd_ft",          "time_s"};
   constexpr std::array<std::string_view, 6> kAxes{"gx", "gy", "gz", "bx", "by", "bz"};
   constexpr std::array<std::string_view, 4> kUnits{"_mps2", "_mg", "_nT", "_uT"};
   if (kind == ForeignKind::survey && std::find(kSurvey.begin(), kSurvey.end(), name) != kSurvey.end()) return true;

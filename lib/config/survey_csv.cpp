@@ -19,13 +19,14 @@ struct Known {
   const char* stem;
   std::vector<std::pair<const char*, double>> units;
 };
-constexpr std::size_t kColumns = 5, kToolface = 3, kTvd = 4;
+constexpr std::size_t kColumns = 6, kToolface = 3, kTvd = 4;
 const std::array<Known, kColumns>& known_columns() {
   static const std::array<Known, kColumns> columns{{{"md", {{"m", 1.0}, {"ft", kFoot}}},
                                                     {"inclination", {{"deg", kDegree}}},
                                                     {"azimuth", {{"deg", kDegree}}},
                                                     {"toolface", {{"deg", kDegree}}},
-                                                    {"tvd", {{"m", 1.0}, {"ft", kFoot}}}}};
+                                                    {"tvd", {{"m", 1.0}, {"ft", kFoot}}},
+                                                    {"time", {{"s", 1.0}}}}};
   return columns;
 }
 
@@ -60,7 +61,7 @@ std::string spellings(const Known& k) {
     for (const auto& u : k.units) names.push_back(fmt::format("{}_{}", k.stem, u.first));
   throw InputError(fmt::format(
       "{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a survey "
-      "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft{}",
+      "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft, time_s{}",
       table.path, table.names_line, shortened(name), suggestion(name, names)));
 }
 
@@ -90,7 +91,7 @@ void require_survey_names(const InputTable& table) {
 
 survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
   // Column of the file and factor to SI for each known quantity.
-  std::array<int, kColumns> column{-1, -1, -1, -1, -1};
+  std::array<int, kColumns> column{-1, -1, -1, -1, -1, -1};
   std::array<double, kColumns> factor{};
   for (std::size_t c = 0; c < table.names.size(); ++c) {
     bool found = false;
@@ -149,6 +150,16 @@ std::vector<double> tvd_from_table(const InputTable& table) {
     return tvd;
   }
   return {};
+}
+
+std::vector<double> times_from_table(const InputTable& table) {
+  const int c = table.find("time_s");
+  if (c < 0) return {};
+  const std::vector<double>& times = table.columns[static_cast<std::size_t>(c)];
+  for (std::size_t row = 1; row < times.size(); ++row)
+    require(times[row] >= times[row - 1], "{}:{}: time_s = {}: must not be earlier than at the station before ({})",
+            table.path, table.lines[row], format_number(times[row]), format_number(times[row - 1]));
+  return times;
 }
 
 }  // namespace surveymc::config

@@ -27,12 +27,15 @@ int azimuth_column(const InputTable& table);
 void require_survey_names(const InputTable& table);
 
 /// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` (or with a north in its name,
-/// as above) and, if present, `toolface_deg` (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line:
-/// column = value: rule" on a missing or unknown column or unit, a measured depth that does not increase, or an
-/// inclination outside [0, 180]. `needs_toolface`: its absence is an error.
+/// as above) and, if present, `toolface_deg` (zero without), `tvd_m` or `tvd_ft`, and `time_s`. Throws InputError
+/// "path:line: column = value: rule" on a missing or unknown column or unit, a measured depth that does not increase,
+/// or an inclination outside [0, 180]. `needs_toolface`: its absence is an error.
 survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
 
 /// True vertical depth of every station in metres, from a column `tvd_m` or `tvd_ft`; empty if the file has none.
 std::vector<double> tvd_from_table(const InputTable& table);
+
+/// Time of every station in s, from a column `time_s`; empty if the file has none. Throws InputError where it falls.
+std::vector<double> times_from_table(const InputTable& table);
 
 }  // namespace surveymc::config

@@ -233,10 +233,14 @@ DrawnWellBatch DrawnWell::batch(std::uint64_t first_trial, bool antithetic, int 
 }
 
 void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bool antithetic, int groups,
-                     survey::LaneArray& out) const {
+                     survey::LaneArray& out, const survey::LaneArray* made) const {
   assert(first_trial % simd::kGroup == 0);
   survey::LaneArray scratch = make_scratch();
-  const DrawnWellBatch b = batch(first_trial, antithetic, groups, out, scratch);
+  DrawnWellBatch b = batch(first_trial, antithetic, groups, out, scratch);
+  if (made != nullptr) {
+    b.made = made->row(0, 0);
+    b.made_stride = made->group_stride();
+  }
   simd::run_kernel<isa_v3::draw_wells, isa_v4::draw_wells>(b, stream);
 }
 

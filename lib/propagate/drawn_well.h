@@ -35,8 +35,10 @@ class DrawnWell {
   /// Trials first_trial .. first_trial + 8 groups - 1; first_trial is a multiple of kGroup. Antithetic trials: 2 j and
   /// 2 j + 1 have the draws of the stream's trial j, the second with the opposite sign (random/draw_address.h). Time is
   /// linear in draws and stations; the bits of a trial do not depend on `groups`.
+  /// `made`: the draws whose place has the channel kGivenDraws, a row each, in whole fours of rows; signs of antithetic
+  /// trials are theirs.
   void draw(const random::Stream& stream, std::uint64_t first_trial, bool antithetic, int groups,
-            survey::LaneArray& out) const;
+            survey::LaneArray& out, const survey::LaneArray* made = nullptr) const;
 
   /// The stream's calls of a trial, in the order of make and use.
   const std::vector<DrawCall>& calls() const { return calls_; }

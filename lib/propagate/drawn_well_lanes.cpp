@@ -24,7 +24,7 @@ template <std::size_t P>
 struct Trials {
   Bits<T> trial[P];
   Bits<T> sign;
-  const double* given[P];
+  const double *given[P], *made[P];
   double* path[P];
 };
 
@@ -42,6 +42,14 @@ void make_draws(const DrawnWellBatch& b, const random::Stream& stream, const Tri
   }
   while (first < end) {
     const random::Channel channel = b.calls[first].channel;
+    if (channel == kGivenDraws) {
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t p = 0; p < P; ++p)
+          store(row + i * kStride + p * kLanes, load<T>(trials.made[p] + (4 * b.calls[first].call + i) * kGroup));
+      ++first;
+      row += 4 * kStride;
+      continue;
+    }
     // As many of one channel as there are side by side; the last one again where there are fewer.
     std::size_t count = 1;
     while (count < kCalls && first + count < end && b.calls[first + count].channel == channel) ++count;
@@ -191,6 +199,7 @@ void draw_registers(const DrawnWellBatch& b, const random::Stream& stream, std::
     trials.trial[p] = from.trial;
     trials.sign = from.sign;
     trials.given[p] = b.given == nullptr ? nullptr : b.given + g * b.given_stride + lane;
+    trials.made[p] = b.made == nullptr ? nullptr : b.made + g * b.made_stride + lane;
     trials.path[p] = b.path == nullptr ? nullptr : b.path + g * b.path_stride + lane;
     out[p] = b.positions + g * b.positions_stride + lane;
   }

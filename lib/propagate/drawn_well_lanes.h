@@ -15,6 +15,9 @@ struct WeightedRow {
   double weight = 0;
 };
 
+/// In place of a channel: draws that the caller has made, `index` being their row.
+inline constexpr random::Channel kGivenDraws{0xffff};
+
 /// A call of the stream: indices 4 call .. 4 call + 3 of the channel, for four rows.
 struct DrawCall {
   random::Channel channel{};
@@ -68,6 +71,8 @@ struct DrawnWellBatch {
   const double* given;
   std::size_t given_stride;
   const std::uint32_t* given_rows;
+  const double* made;  ///< rows of kGivenDraws; null where there are none
+  std::size_t made_stride;
   double* path;  ///< if not null: rows kPathRows k of station k
   std::size_t path_stride;
 };

@@ -85,6 +85,7 @@ std::optional<DrawEffect> effect_at(const error_model::Term& term, const BlockWe
 
 /// Draws of one station go behind the others, in the order of the stations.
 void sort_draws(WellErrors& w) {
+  for (ErrorSource& s : w.sources) s.draws.clear();
   const auto is_of_station = [](const ErrorDraw& d, const ErrorSource& s) {
     return d.first == d.last && s.mode == error_model::PropagationMode::random;
   };
@@ -173,6 +174,47 @@ WellErrors only_sources(const WellErrors& errors, const std::vector<bool>& keep)
     effects.erase(std::remove_if(effects.begin(), effects.end(),
                                  [&](const DrawEffect& e) { return !keep[errors.draws[e.draw].source]; }),
                   effects.end());
+  return out;
+}
+
+WellErrors mixed_draws(const WellErrors& errors, const std::vector<std::uint32_t>& draws,
+                       const Eigen::MatrixXd& factor) {
+  WellErrors out = errors;
+  std::map<std::uint32_t, std::size_t> row;
+  for (std::size_t i = 0; i < draws.size(); ++i) row.emplace(draws[i], i);
+  for (std::size_t k = 0; k < out.at.size(); ++k) {
+    std::map<std::uint32_t, DrawEffect> mixed;  // by the independent draw
+    std::vector<DrawEffect> kept;
+    for (const DrawEffect& e : errors.at[k]) {
+      const auto found = row.find(e.draw);
+      if (found == row.end()) {
+        kept.push_back(e);
+        continue;
+      }
+      const auto i = static_cast<Eigen::Index>(found->second);
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        const double f = factor(i, j);
+        if (f == 0) continue;
+        const std::uint32_t draw = draws[static_cast<std::size_t>(j)];
+        DrawEffect& sum = mixed[draw];
+        sum.draw = draw;
+        sum.depth += f * e.depth;
+        sum.inclination += f * e.inclination;
+        sum.azimuth += f * e.azimuth;
+        sum.tilt += f * e.tilt;
+        sum.course += f * e.course;
+        ErrorDraw& d = out.draws[draw];
+        const ErrorDraw& own = errors.draws[e.draw];
+        d.first = std::min(d.first, own.first);
+        d.last = std::max(d.last, own.last);
+        d.first_run = std::min(d.first_run, own.first_run);
+        d.last_run = std::max(d.last_run, own.last_run);
+      }
+    }
+    for (const auto& [draw, effect] : mixed) kept.push_back(effect);
+    out.at[k] = std::move(kept);
+  }
+  sort_draws(out);
   return out;
 }
 

@@ -76,6 +76,11 @@ WellErrors well_errors(const survey::Survey& survey, const std::vector<double>& 
 /// The same with the draws of some sources alone: `keep` has one flag a source. Draws keep their numbers.
 WellErrors only_sources(const WellErrors& errors, const std::vector<bool>& keep);
 
+/// The same errors with the draws `draws` made of as many independent ones, x = `factor` z, factor lower triangular:
+/// they then act at several stations, and draws are numbered anew. Draws of the same source keep it.
+WellErrors mixed_draws(const WellErrors& errors, const std::vector<std::uint32_t>& draws,
+                       const Eigen::MatrixXd& factor);
+
 /// The leg that ends at `station`, of the true well.
 LegGeometry leg_geometry(const WellErrors& errors, std::size_t station);
 

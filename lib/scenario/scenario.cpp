@@ -68,7 +68,7 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
       key,
       kind == config::ForeignKind::survey
           ? "the survey: a CSV with `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg`, `toolface_deg` where it is "
-            "needed, and `tvd_m` or `tvd_ft` if there; or a file of another program"
+            "needed, and `tvd_m` or `tvd_ft` and `time_s` if there; or a file of another program"
           : "the readings: a CSV with `md_m` or `md_ft` and `gx ... bz` in `_mps2` or `_mg` and `_nT` or `_uT`, at "
             "least 3 stations (1 for estimators by single stations and 'chained'); or a file of another program",
       [&](const std::filesystem::path& place) {

@@ -1,0 +1,22 @@
+#pragma once
+/// `[disturbance]`: the geomagnetic reference's errors that are new at every station, as a function of time instead.
+#include <optional>
+
+#include "config/config.h"
+#include "disturbance/station_disturbance.h"
+#include "store/table.h"
+#include "survey/survey.h"
+
+namespace surveymc::scenario {
+
+/// The disturbance, if the config has one, at the stations of `survey`. Times: column `time_s` of survey.file, or
+/// `drilling_m_per_h` and `connection_s`.
+std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey);
+
+/// Table `disturbance`: of each element sd, kurtosis, share beyond three sd and autocorrelation, as predicted and as
+/// the first trials draw them; null: nothing is drawn. Of Disturbance::keeps_normals() the elements are in units of
+/// their sd.
+store::Table disturbance_table(const disturbance::Disturbance& disturbance, const survey::ReferenceField& field,
+                               const random::Stream* stream);
+
+}  // namespace surveymc::scenario
