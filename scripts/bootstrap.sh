@@ -16,7 +16,7 @@ for part in "$@"; do
     report) packages+=(python3-pandas python3-xarray python3-jinja2 libjs-three) ;;
     import) packages+=(python3-lxml python3-openpyxl) ;;
     test) packages+=(python3-lxml python3-openpyxl catch2 libmuparser-dev librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
-      python3-pandas python3-xarray python3-jinja2 libjs-three python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
+      python3-pandas python3-xarray python3-jinja2 libjs-three python3-netcdf4 python3-h5netcdf python3-jsonschema python3-yaml python3-nbclient python3-nbformat python3-ipykernel
       poppler-utils dpkg-dev file
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel mandoc
       python3-sphinx python3-myst-parser furo python3-nbconvert python3-pil

@@ -96,10 +96,14 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::App* keys = command(Command::keys, "keys", "every key of an experiment: type, unit, default, rule, example");
   keys->add_option("experiment", line.keys.experiment, "name of an experiment (without: the list of them)");
   keys->add_flag("--csv", line.keys.csv, "as CSV");
+  CLI::App* schema = command(Command::schema, "schema", "JSON Schema of an experiment's configs, for editors");
+  schema->add_option("experiment", line.schema_of, "name of an experiment: surveymc list has them")->required();
   CLI::App* made = command(Command::new_config, "new", "a commented config of an experiment, for your own well");
   made->add_option("experiment", line.made.experiment, "name of an experiment: surveymc list has them")->required();
-  made->add_option("-o,--output", line.made.output,
-                   "config to write, with example data beside it; never over a file (default: the config is printed)")
+  made->add_option(
+          "-o,--output", line.made.output,
+          "config to write, with its schema and example data beside it; never over a file (default: the config is "
+          "printed)")
       ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
@@ -212,6 +216,9 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::Option* diff_csv = diff->add_flag("--csv", line.compared.csv, "every row as CSV");
   CLI::Option* diff_json = diff->add_flag("--json", line.compared.json, "every row as JSON");
   diff_csv->excludes(diff_json);
+  CLI::App* cite = command(Command::cite, "cite", "how to cite a result: the program, its study and their sources");
+  cite->add_option("file", line.cited.file, "result file")->required();
+  cite->add_flag("--bibtex", line.cited.bibtex, "as BibTeX");
   CLI::App* refine =
       command(Command::refine, "refine", "the next points of a sweep, along the boundary that its [refine] names");
   refine->add_option("file", line.refined.file, "result of a sweep over two or more numeric keys")->required();
@@ -232,7 +239,9 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
     else if (*p.argument != '\0')
       sub->add_option(p.argument, line.file, p.argument_is)->required();
   }
-  command(Command::man, "man", "print the manual page: surveymc man | man -l -");
+  CLI::App* man = command(Command::man, "man", "print the manual page: surveymc man | man -l -");
+  man->add_option("command", line.manual.command, "print the page of this command");
+  man->add_option("-o,--output", line.manual.folder, "FOLDER: write all pages there");
   CLI::App* completion = command(Command::completion, "completion", "print the completion script of bash");
   completion->add_option("shell", "bash")->required()->check(CLI::IsMember({"bash"}));
 }
@@ -240,12 +249,13 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file},   {"place", ValueKind::config_file},  {"file", ValueKind::result_file},
-      {"file_a", ValueKind::result_file},   {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file},
-      {"output", ValueKind::result_file},   {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},
-      {"missing", ValueKind::folder},       {"result", ValueKind::result_file}, {"results", ValueKind::result_file},
-      {"survey", ValueKind::any_file},      {"table", ValueKind::table},        {"shell", ValueKind::shell},
-      {"experiment", ValueKind::experiment}};
+      {"config", ValueKind::config_file},    {"place", ValueKind::config_file},  {"file", ValueKind::result_file},
+      {"file_a", ValueKind::result_file},    {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file},
+      {"output", ValueKind::result_file},    {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},
+      {"missing", ValueKind::folder},        {"result", ValueKind::result_file}, {"results", ValueKind::result_file},
+      {"survey", ValueKind::any_file},       {"table", ValueKind::table},        {"shell", ValueKind::shell},
+      {"experiment", ValueKind::experiment}, {"model", ValueKind::model},        {"command", ValueKind::command},
+      {"set", ValueKind::key_value}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }
@@ -381,6 +391,9 @@ ProgramWords program_words() {
   ProgramWords words{app.get_description(), words_of(app).options, {}};
   for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
     words.commands.push_back(words_of(*sub));
+  for (const PythonCommand& p : python_commands())
+    for (CommandWords& c : words.commands)
+      if (c.name == p.name) c.options.insert(c.options.end(), p.options.begin(), p.options.end());
   return words;
 }
 

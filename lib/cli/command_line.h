@@ -13,6 +13,7 @@ namespace surveymc::cli {
 enum class Command {
   list,
   keys,
+  schema,
   new_config,
   models,
   check,
@@ -22,6 +23,7 @@ enum class Command {
   status,
   show,
   diff,
+  cite,
   refine,
   rerun,
   python,
@@ -40,7 +42,10 @@ struct CommandLine {
   RefineArguments refined = {};
   ModelsArguments models = {};
   KeysArguments keys = {};
+  std::string schema_of;  ///< name of an experiment
+  ManArguments manual = {};
   NewArguments made = {};
+  CiteArguments cited = {};
   std::string file, inputs;  ///< `inputs`: "" if it was not given
   std::vector<std::string> parts = {};
   bool to_part = false;  ///< of merge

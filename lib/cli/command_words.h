@@ -7,7 +7,20 @@
 namespace surveymc::cli {
 
 /// The kind of an option's value, so that a shell can offer values.
-enum class ValueKind { none, text, any_file, config_file, result_file, folder, table, shell, experiment };
+enum class ValueKind {
+  none,
+  text,
+  any_file,
+  config_file,
+  result_file,
+  folder,
+  table,
+  shell,
+  experiment,
+  model,      ///< name of an error model
+  command,    ///< of the program
+  key_value,  ///< KEY=VALUE of a config
+};
 
 struct OptionWords {
   std::vector<std::string> flags;  ///< "-o", "--output"; empty for a positional argument
@@ -29,11 +42,15 @@ struct ProgramWords {
   std::vector<CommandWords> commands;  ///< in the order in which they were added
 };
 
-/// The man page, in man(7) macros. Holds no date and no revision, so it changes only with the command line.
+/// The page surveymc(1), in man(7) macros: what the program is for, its commands in a line each, exit codes. Holds no
+/// date and no revision, so it changes only with the command line.
 std::string man_page(const ProgramWords& program, const std::string& version);
 
-/// The completion script for bash. Offers commands, options, configs (*.toml), results (*.h5), and the tables and maps
-/// of the result named before.
+/// The page surveymc-COMMAND(1): its arguments and options.
+std::string command_man_page(const CommandWords& command, const std::string& version);
+
+/// The completion script for bash. Offers commands, options, configs (*.toml), results (*.h5), the tables and maps of
+/// the result named before, names of error models, and keys of the config named before, with their words, after --set.
 std::string bash_completion(const ProgramWords& program);
 
 }  // namespace surveymc::cli

@@ -34,13 +34,18 @@ std::string list_text(const std::vector<study::Experiment>& studies);
 
 void print_keys(const std::vector<study::Experiment>& studies, const KeysArguments& a);
 
+// ---- schema: the same as JSON Schema, for editors (sweep/config_schema.h)
+
+void print_schema(const std::vector<study::Experiment>& studies, const std::string& experiment);
+
 // ---- new: a commented config of an experiment, to be filled in
 
 struct NewArguments {
   std::string experiment, output;  ///< output: empty for stdout
 };
 
-/// Prints the config, or writes it to a.output, and beside it the example data that it names and that are not there.
+/// Prints the config, or writes it to a.output, and beside it its schema and the example data that it names, where they
+/// are not there.
 /// Never writes over a file. Throws UsageError for an unknown experiment, IoError.
 void new_config(const std::vector<study::Experiment>& studies, const NewArguments& a);
 
@@ -113,6 +118,26 @@ struct DiffArguments {
 
 /// Prints the differences; 0 if there are none, 1 if there are. Throws IoError, InputError.
 int diff_results(const DiffArguments& arguments);
+
+// ---- cite RESULT.h5: how to cite it, the program and the sources that it stands on
+
+struct CiteArguments {
+  std::string file;
+  bool bibtex = false;
+};
+
+/// Prints. Throws IoError.
+void cite_result(const std::vector<study::Experiment>& studies, const CiteArguments& a);
+
+// ---- man
+
+struct ManArguments {
+  std::string command;  ///< whose page is printed; "": that of the program
+  std::string folder;   ///< where all pages are written, in place of that
+};
+
+/// Throws IoError.
+void print_manual(const ManArguments& a);
 
 // ---- refine RESULT.h5 -o next.toml: the next round of a sweep; and rounds put together to one result
 

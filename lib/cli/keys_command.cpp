@@ -12,6 +12,7 @@
 #include "config/suggest.h"
 #include "render/text.h"
 #include "sweep/config_keys.h"
+#include "sweep/config_schema.h"
 
 namespace surveymc::cli {
 namespace {
@@ -73,6 +74,10 @@ void print_keys(const std::vector<study::Experiment>& studies, const KeysArgumen
   constexpr std::size_t kReadable = 100;  // letters of a line
   const std::size_t screen = screen_width(STDOUT_FILENO);
   print_lines(as_text(table, screen == 0 ? kReadable : std::min(screen, kReadable)));
+}
+
+void print_schema(const std::vector<study::Experiment>& studies, const std::string& experiment) {
+  fmt::print("{}", sweep::config_schema(experiment_named(studies, experiment, "schema")));
 }
 
 }  // namespace surveymc::cli

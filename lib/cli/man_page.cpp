@@ -1,6 +1,14 @@
+#include <filesystem>
+
 #include <fmt/format.h>
 
+#include "cli/command_line.h"
 #include "cli/command_words.h"
+#include "cli/commands.h"
+#include "cli/exit_codes.h"
+#include "cli/new_files.h"
+#include "cli/version_text.h"
+#include "config/suggest.h"
 
 namespace surveymc::cli {
 namespace {
@@ -48,32 +56,42 @@ std::string synopsis(const CommandWords& command) {
   return out;
 }
 
+std::string head(const std::string& name, const std::string& version, const std::string& summary) {
+  std::string capitals = name;
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return fmt::format(
+      ".\\\" Made by: surveymc man\n.TH {} 1 \"\" \"surveymc {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n",
+      roff(capitals), version, roff(name), roff(summary));
+}
+
+/// What no definition says.
 constexpr const char* kRest = R"(.SH EXIT STATUS
+.PD 0
 .TP
 .B 0
 done
 .TP
 .B 1
-a verdict that is not the expected one, with \fB\-\-check\fR; a rerun that differs; or a difference that
-\fBdiff\fR finds
+a verdict that is not the expected one (\fB\-\-check\fR), a rerun that differs, or a difference that \fBdiff\fR finds
 .TP
 .B 64
-wrong command line; the message names the word and what may be meant
+wrong command line
 .TP
 .B 65
-bad config or data; the message says place, value and rule, and nothing was written
+bad config or data: the message says place, value and rule, and nothing was written
 .TP
 .B 70
 internal error, or out of memory
 .TP
 .B 71
-the system starts no more threads: fewer with \fB\-\-threads\fR; or a processor without AVX2
+no more threads, or a processor without AVX2
 .TP
 .B 74
 a result cannot be read or written
 .TP
 .B 75
-interrupted, within a second of the signal; the message says what is kept and how to go on
+interrupted: the message says what is kept and how to go on
+.PD
 .SH ENVIRONMENT
 .TP
 .B OMP_NUM_THREADS
@@ -81,48 +99,77 @@ the number of threads without \fB\-\-threads\fR; where it is none from 1, as man
 .TP
 .B SURVEYMC_INSTRUCTION_SET
 "x86\-64\-v3" asks for the AVX2 kernels on a machine that has AVX\-512. Results are the same bits.
+.TP
+.B SURVEYMC_PYTHON
+the Python of \fBplot\fR, \fBreport\fR, \fBimport\fR and \fBstudies\fR
 .SH FILES
 .TP
 .I results/NAME.h5
-where \fBrun\fR writes the result of \fINAME\fR.toml without \fB\-o\fR. HDF5; docs/results\-format.md describes
-every table, docs/keys.md every key.
+where \fBrun\fR writes the result of \fINAME\fR.toml without \fB\-o\fR: HDF5
 .SH EXAMPLES
 .nf
-surveymc run configs/thesis/test4.toml
-surveymc show results/test4.h5
-surveymc show results/test4.h5 position
-surveymc show results/test4.h5 position \-\-csv > position.csv
-surveymc rerun results/test4.h5
+surveymc new position_covariance \-o well.toml
+surveymc run well.toml
+surveymc show results/well.h5
+surveymc plot results/well.h5
 .fi
 )";
 
 }  // namespace
 
 std::string man_page(const ProgramWords& program, const std::string& version) {
-  const std::vector<CommandWords>& commands = program.commands;
-  std::string out =
-      fmt::format(".\\\" Made by: surveymc man\n.TH SURVEYMC 1 \"\" \"surveymc {}\" \"User Commands\"\n", version);
   const std::string summary = program.description;
   const std::size_t colon = summary.find(": ");
-  out += ".SH NAME\nsurveymc \\- " + roff(colon == std::string::npos ? summary : summary.substr(colon + 2)) + "\n";
-  out += ".SH SYNOPSIS\n";
-  for (const CommandWords& c : commands) out += synopsis(c) + (&c == &commands.back() ? "" : ".br\n");
+  std::string out = head("surveymc", version, colon == std::string::npos ? summary : summary.substr(colon + 2));
   out +=
+      ".SH SYNOPSIS\n.B surveymc\n\\fICOMMAND\\fR [\\fIargument\\fR...]\n"
       ".SH DESCRIPTION\n"
       "Runs experiments from TOML configs: sweeps trajectories, noise levels and error models, estimates sensor "
       "errors\n"
       "on every noisy realisation, predicts the same quantities analytically, and writes comparison tables with a\n"
-      "statistical verdict in every row. The same config and seed give the same bits for any number of threads.\n";
+      "statistical verdict in every row.\n"
+      "The same config and seed give the same bits for any number of threads.\n"
+      "Each command has a page of its own, \\fBsurveymc\\-run\\fR(1), which \\fBsurveymc man run\\fR prints, too.\n"
+      ".SH COMMANDS\n";
+  for (const CommandWords& c : program.commands)
+    out += fmt::format(".TP 12\n.B {}\n{}\n", roff(c.name), roff(c.description));
   out += ".SH OPTIONS\n";
   for (const OptionWords& o : program.options) out += paragraph(o);
-  out += ".SH COMMANDS\n";
-  for (const CommandWords& c : commands) {
-    out += fmt::format(".SS {}\n{}.\n", roff("surveymc " + c.name), roff(c.description));
-    for (const OptionWords& p : c.positionals) out += paragraph(p);
-    for (const OptionWords& o : c.options)
-      if (o.flags.back() != "--help") out += paragraph(o);
-  }
   return out + kRest;
+}
+
+std::string command_man_page(const CommandWords& c, const std::string& version) {
+  std::string out = head("surveymc-" + c.name, version, c.description);
+  out += ".SH SYNOPSIS\n" + synopsis(c);
+  if (!c.positionals.empty()) out += ".SH ARGUMENTS\n";
+  for (const OptionWords& p : c.positionals) out += paragraph(p);
+  std::string options;
+  for (const OptionWords& o : c.options)
+    if (o.flags.back() != "--help") options += paragraph(o);
+  if (!options.empty()) out += ".SH OPTIONS\n" + options;
+  return out + ".SH SEE ALSO\n\\fBsurveymc\\fR(1): all commands, exit codes, environment\n";
+}
+
+void print_manual(const ManArguments& a) {
+  const ProgramWords words = program_words();
+  const std::string version = this_build().version;
+  if (!a.folder.empty()) {
+    NewFiles files;
+    const auto add = [&](const std::string& name, const std::string& text) {
+      files.add(std::filesystem::path(a.folder) / (name + ".1"), text, {.overwrite = true});
+    };
+    for (const CommandWords& c : words.commands) add("surveymc-" + c.name, command_man_page(c, version));
+    add("surveymc", man_page(words, version));
+    files.commit();
+    return;
+  }
+  if (a.command.empty()) return fmt::print("{}", man_page(words, version));
+  std::vector<std::string> known;
+  for (const CommandWords& c : words.commands) {
+    if (c.name == a.command) return fmt::print("{}", command_man_page(c, version));
+    known.push_back(c.name);
+  }
+  throw UsageError(fmt::format("man {}: no command has this name{}", a.command, config::suggestion(a.command, known)));
 }
 
 }  // namespace surveymc::cli

@@ -13,6 +13,7 @@
 #include "cli/screen.h"
 #include "cli/signals.h"
 #include "config/key_log.h"
+#include "sweep/config_schema.h"
 
 namespace surveymc::cli {
 namespace {
@@ -59,8 +60,10 @@ Template template_of(const std::string& name) {
 }  // namespace
 
 void new_config(const std::vector<study::Experiment>& studies, const NewArguments& a) {
-  const std::string name = experiment_named(studies, a.experiment, "new").name();
-  const Template made = template_of(name);
+  const study::Experiment& experiment = experiment_named(studies, a.experiment, "new");
+  const std::string name = experiment.name(), schema = name + ".schema.json";
+  Template made = template_of(name);
+  made.text = fmt::format("#:schema ./{}\n{}", schema, made.text);  // taplo and editors with it look for this line
   if (a.output.empty()) {
     fmt::print("{}", made.text);
     return;
@@ -70,6 +73,7 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
   NewFiles files;
   files.add(path, made.text, {});
   for (const DataFile& file : made.data) files.add(path.parent_path() / file.name, file.text, {.is_needed = false});
+  files.add(path.parent_path() / schema, sweep::config_schema(experiment), {.is_needed = false});
   const std::vector<fs::path> written = files.commit();
   const EndsBySignal ends(nullptr, EndMessage::at_once(fmt::format("{} is written", path.string())));
   say(fmt::format("wrote {}: put in your well; surveymc keys {} lists every key", path.string(), name));
@@ -80,6 +84,8 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
     else
       say(fmt::format("{} is there: the config names it", data.string()));
   }
+  if (std::find(written.begin(), written.end(), path.parent_path() / schema) != written.end())
+    say(fmt::format("wrote {}: what editors of TOML check it with", (path.parent_path() / schema).string()));
   say(fmt::format("then: surveymc check {0}, surveymc run {0}", shell_word(path.string())));
 }
 

@@ -47,6 +47,8 @@ void refuse_other_kinds(const CommandLine& line) {
       return wants("show", FileKind::result, {line.shown.file});
     case Command::diff:
       return wants("diff", FileKind::result, {line.compared.a, line.compared.b});
+    case Command::cite:
+      return wants("cite", FileKind::result, {line.cited.file});
     case Command::refine:
       return wants("refine", FileKind::result, {line.refined.file});
     case Command::rerun:
@@ -86,6 +88,8 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
       return fmt::print("{}", list_text(studies)), kDone;
     case Command::keys:
       return print_keys(studies, line.keys), kDone;
+    case Command::schema:
+      return print_schema(studies, line.schema_of), kDone;
     case Command::new_config:
       return new_config(studies, line.made), kDone;
     case Command::models:
@@ -104,6 +108,8 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
       return show(line.shown), kDone;
     case Command::diff:
       return diff_results(line.compared);
+    case Command::cite:
+      return cite_result(studies, line.cited), kDone;
     case Command::refine:
       return refine_result(line.refined);
     case Command::rerun:
@@ -111,7 +117,7 @@ int run_command(int argc, char** argv, const std::vector<study::Experiment>& stu
     case Command::python:
       throw UsageError(fmt::format("{}: runs on one process: surveymc {}", argv[1], argv[1]));
     case Command::man:
-      return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
+      return print_manual(line.manual), kDone;
     case Command::completion:
       return fmt::print("{}", bash_completion(program_words())), kDone;
   }

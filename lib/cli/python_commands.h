@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/command_words.h"
+
 namespace surveymc::cli {
 
 struct PythonCommand {
@@ -11,6 +13,7 @@ struct PythonCommand {
   bool repeated;
   const char* argument_is;
   const char* description;
+  std::vector<OptionWords> options;  ///< of the Python side, which reads them: for the manual and for completion
 };
 
 const std::vector<PythonCommand>& python_commands();

@@ -20,6 +20,7 @@
 #include "cli/load_run.h"
 #include "cli/log.h"
 #include "cli/part_files.h"
+#include "cli/print_result.h"
 #include "cli/provenance.h"
 #include "cli/screen.h"
 #include "cli/signals.h"

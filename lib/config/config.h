@@ -33,6 +33,8 @@ struct Range {
   static Range positive() { return {0, kInfinity, true, false}; }
   static Range non_negative() { return {0, kInfinity, false, false}; }
   static Range open(double lo, double hi) { return {lo, hi, true, true}; }
+
+  bool operator==(const Range&) const = default;
 };
 
 /// One value of a sweep at one point: the key (or `case`) and what it is there, as number or text.

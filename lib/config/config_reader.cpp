@@ -43,6 +43,13 @@ std::string integer_rule(std::int64_t lo, std::int64_t hi) {
   return fmt::format("must be in [{}, {}]", lo, hi);
 }
 
+/// The same for the log: ends that a double cannot hold are none.
+Range integer_range(std::int64_t lo, std::int64_t hi) {
+  const auto bound = [](std::int64_t x) { return static_cast<double>(x); };
+  constexpr double kExact = 0x1p53;
+  return {bound(lo) < -kExact ? -kInfinity : bound(lo), bound(hi) > kExact ? kInfinity : bound(hi)};
+}
+
 /// The integer of a node, which may be written as 1e6.
 std::optional<std::int64_t> whole(const TomlNode& n) {
   if (n.kind == TomlNode::Kind::integer) return n.integer;
@@ -230,7 +237,7 @@ double ConfigReader::number(const std::string& key, const Range& range, std::str
                             const std::optional<double>& fallback) {
   return or_stand_in(key, Decides::nothing, fallback.value_or(sample_number(range)), [&] {
     const ConfigValue value = ask(key, meaning, Fallback(fallback, fallback && is_in(range, *fallback)), [&] {
-      return KeyQuestion{"number", number_rule(range), sample_of(range)};
+      return KeyQuestion{"number", number_rule(range), sample_of(range), {}, range};
     });
     return value ? value.number(range) : *fallback;
   });
@@ -242,7 +249,7 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std:
   return or_stand_in(key, Decides::nothing, fallback.value_or(sample), [&] {
     const ConfigValue value =
         ask(key, meaning, Fallback(fallback, fallback && lo <= *fallback && *fallback <= hi), [&] {
-          return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", sample)};
+          return KeyQuestion{"integer", integer_rule(lo, hi), fmt::format("{}", sample), {}, integer_range(lo, hi)};
         });
     if (!value) return *fallback;
     const std::optional<std::int64_t> x = whole(*value.node);
@@ -341,7 +348,8 @@ std::vector<double> ConfigReader::numbers(const std::string& key, const Range& r
   const std::vector<double> sample(static_cast<std::size_t>(std::max(count, 1)), sample_number(range));
   return or_stand_in(key, Decides::nothing, fallback.value_or(sample), [&] {
     const ConfigValue value = ask(key, meaning, Fallback(fallback, is_value), [&] {
-      return KeyQuestion{"list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1))};
+      return KeyQuestion{
+          "list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1)), {}, range};
     });
     if (!value) return *fallback;
     if (!value.node->is_array()) value.fail_type("must be a list of " + size);
@@ -353,7 +361,7 @@ std::vector<double> ConfigReader::numbers(const std::string& key, const Range& r
 std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range, std::string_view meaning) {
   return or_stand_in(key, Decides::nothing, std::vector<double>{sample_number(range)}, [&]() -> std::vector<double> {
     const ConfigValue value = ask(key, meaning, {}, [&] {
-      return KeyQuestion{"number or list", number_rule(range), sample_of(range)};
+      return KeyQuestion{"number or list", number_rule(range), sample_of(range), {}, range};
     });
     if (value.node->is_number()) return {value.number(range)};
     if (!value.node->is_array()) value.fail_type("must be a number or a list of numbers");
@@ -364,7 +372,7 @@ std::vector<double> ConfigReader::number_or_list(const std::string& key, const R
 std::vector<double> ConfigReader::grid(const std::string& key, const Range& range, std::string_view meaning) {
   return or_stand_in(key, Decides::nothing, std::vector<double>{sample_number(range)}, [&]() -> std::vector<double> {
     const ConfigValue value = ask(key, meaning, {}, [&] {
-      return KeyQuestion{"number, list or { from, to, step }", number_rule(range), sample_of(range)};
+      return KeyQuestion{"number, list or { from, to, step }", number_rule(range), sample_of(range), {}, range};
     });
     if (value.node->is_number()) return {value.number(range)};
     if (value.node->is_table()) {
@@ -405,7 +413,7 @@ std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std
                                                                        std::string_view meaning) {
   return or_stand_in(key, Decides::presence, std::vector<std::pair<std::string, double>>{}, [&] {
     const ConfigValue value = ask(key, meaning, {}, [&] {
-      return KeyQuestion{"table of numbers", number_rule(range)};
+      return KeyQuestion{"table of numbers", number_rule(range), "", {}, range};
     });
     if (!value.node->is_table()) value.fail_type("must be a table of numbers");
     point_->whole.insert(full_key(key));

@@ -45,6 +45,11 @@ void KeyLog::note(const std::string& full_key, std::string_view meaning, const K
   const std::string_view rule = question.rule;
   if (!rule.empty()) add(key.rules, rule.starts_with(kMustBe) ? rule.substr(kMustBe.size()) : rule);
   for (const std::string& word : question.choices) add(key.choices, word);
+  if (question.range && std::find(key.ranges.begin(), key.ranges.end(), *question.range) == key.ranges.end())
+    key.ranges.push_back(*question.range);
+  // A name that was chosen among those shipped is asked for again, for its text, and then without a meaning.
+  const bool is_word = question.type.starts_with("text") && question.choices.empty();
+  key.has_other_words = key.has_other_words || (is_word && meaning != kMeaningElsewhere);
   if (!meaning.empty()) add(key.meanings, meaning);
   if (key.sample.empty()) key.sample = question.sample;
   if (key.example.empty() && !supposed.contains(full_key)) key.example = example;
@@ -108,8 +113,10 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
                   .rules = {rule},
                   .defaults = {},
                   .choices = {},
+                  .ranges = {},
                   .meanings = {meaning},
                   .may_be_absent = !is_needed,
+                  .has_other_words = true,
                   .example = example,
                   .sample = "",
                   .is_needed = is_needed};
@@ -154,6 +161,8 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
       {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"",
                                 "name of a case, which is a point, or one for each combination with `[sweep]`")},
       {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", "value of a key in the case")}};
+  out.at("seed").ranges = {Range::non_negative()};
+  out.at("refine.cell").ranges = out.at("sensitivity.confidence").ranges = {Range::open(0, 1)};
   if (asked.contains("error_model.name"))
     for (const char* pattern : {"match", "without"})
       out[std::string("sweep.error_model.name.") + pattern] =

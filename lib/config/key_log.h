@@ -20,8 +20,10 @@ struct KeyUse {
   std::vector<std::string> rules;     ///< "in [0, 90]"
   std::vector<std::string> defaults;  ///< as TOML; "" stands for a key that may be absent
   std::vector<std::string> choices;   ///< words that are allowed
+  std::vector<Range> ranges;          ///< of its numbers; one without ends where every number is right
   std::vector<std::string> meanings;  ///< what the key is, in words; several where it depends on other keys
   bool may_be_absent = false;         ///< has() was asked
+  bool has_other_words = false;       ///< a getter of text takes words besides the choices
   std::string example;                ///< the first value that was seen, as TOML
   std::string sample;                 ///< a value that its own getter takes, as TOML; "" where none is known
   bool is_needed = false;             ///< a getter without a default has asked
@@ -32,6 +34,7 @@ struct KeyQuestion {
   std::string type, rule = {};            ///< rule: "must be in [0, 90]"; "" if every value of the type is right
   std::string sample = {};                ///< a value that the getter takes, as TOML
   std::vector<std::string> choices = {};  ///< words that are allowed
+  std::optional<Range> range = {};        ///< of the numbers, where it asks for any
 };
 
 struct KeyLog {

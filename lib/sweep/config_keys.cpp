@@ -26,16 +26,20 @@ class Explorer {
   Explorer(const study::Experiment& experiment, const config::InputText& file, std::shared_ptr<config::KeyLog> log)
       : experiment_(experiment), log_(std::move(log)), config_(config::config_with_log(file, log_)) {}
 
-  /// Counts in `seen` the points that ask for a key. The number of points.
+  /// Counts in `seen` the points that ask for a key; of keys in an array of tables the tables that do, and those tables
+  /// ("leg[]"). The number of points.
   std::size_t read_points(std::map<std::string, std::size_t>& seen) {
     constexpr std::size_t kMost = 64;  // spread over a sweep that has more
     const std::size_t count = config_.point_count(), step = 1 + (count - 1) / kMost;
     std::size_t points = 0;
     for (std::size_t i = 0; i < count; i += step, ++points) {
       read(i);
-      std::set<std::string> asked;
-      for (const std::string& key : log_->asked) asked.insert(config::KeyLog::without_indices(key));
-      for (const std::string& key : asked) ++seen[key];
+      std::set<std::string> tables;
+      for (const std::string& key : log_->asked) {
+        ++seen[config::KeyLog::without_indices(key)];
+        if (const std::size_t end = key.rfind(']'); end != std::string::npos) tables.insert(key.substr(0, end + 1));
+      }
+      for (const std::string& table : tables) ++seen[config::KeyLog::without_indices(table)];
     }
     return points;
   }
@@ -152,13 +156,16 @@ std::string optional_table(const std::string& key, const std::map<std::string, c
   return "";
 }
 
+/// False for a key that may be absent wherever it is asked for.
+bool must_be_there(const config::KeyUse& use) { return use.defaults.empty() && !use.may_be_absent; }
+
 std::string default_of(const std::string& key, const std::map<std::string, config::KeyUse>& keys) {
   const config::KeyUse& use = keys.at(key);
-  if (use.defaults.empty() && use.may_be_absent) return "-";
-  if (use.defaults.empty()) {
+  if (must_be_there(use)) {
     const std::string table = optional_table(key, keys);
     return table.empty() ? kMust : "needed in " + table;
   }
+  if (use.defaults.empty()) return "-";
   constexpr std::size_t kMost = 2;
   std::vector<std::string> values = use.defaults;
   for (std::string& v : values)
@@ -210,7 +217,7 @@ std::string shortened_example(const std::string& key, const config::KeyUse& use)
 
 }  // namespace
 
-store::Table config_keys(const study::Experiment& experiment) {
+std::vector<ListedKey> listed_keys(const study::Experiment& experiment) {
   const auto log = std::make_shared<config::KeyLog>();
   std::vector<Explorer> examples;
   const std::string line = fmt::format("\nexperiment = \"{}\"\n", experiment.name());
@@ -222,23 +229,32 @@ store::Table config_keys(const study::Experiment& experiment) {
   std::set<Supposition> done;
   for (Explorer& e : examples) e.explore(done);
 
+  std::vector<ListedKey> listed;
+  const std::map<std::string, config::KeyUse> general = config::keys_of_every_file(log->keys);
+  for (const auto& [key, use] : general) listed.push_back({key, default_of(key, general), use, key == "experiment"});
+  for (const auto& [key, use] : log->keys) {
+    if (use.types.empty() || general.contains(key)) continue;
+    const std::string usual = default_of(key, log->keys);
+    const bool is_sometimes = usual == kMust && seen[key] < points;
+    const std::string table = key.substr(0, key.rfind(']') + 1);  // "leg[]"; "" outside of arrays
+    const bool is_required =
+        usual == kMust ? !is_sometimes : !table.empty() && must_be_there(use) && seen[key] == seen[table];
+    listed.push_back({key, is_sometimes ? "needed by other keys" : usual, use, is_required});
+  }
+  return listed;
+}
+
+store::Table config_keys(const study::Experiment& experiment) {
   compare::TableRows t(experiment.name(), "keys of its configs: " + experiment.summary);
-  const auto add = [&](const std::string& key, const std::map<std::string, config::KeyUse>& all) {
-    const config::KeyUse& use = all.at(key);
-    const std::string usual = default_of(key, all);
-    const bool is_needed_sometimes = usual == kMust && &all == &log->keys && seen[key] < points;
+  for (const auto& [key, usual, use, is_required] : listed_keys(experiment)) {
     t.word("key", "with the names of its tables; [] in an array of tables", key);
     t.word("type", "", type_of(use));
     t.word("unit", "", config::unit_of_key(key));
-    t.word("default", "", is_needed_sometimes ? "needed by other keys" : usual);
+    t.word("default", "", usual);
     t.word("rule", "", rule_of(use));
     t.word("example", "as TOML", shortened_example(key, use));
     t.word("meaning", "several: it depends on other keys", fmt::format("{}", fmt::join(use.meanings, "; or ")));
-  };
-  const std::map<std::string, config::KeyUse> general = config::keys_of_every_file(log->keys);
-  for (const auto& [key, use] : general) add(key, general);
-  for (const auto& [key, use] : log->keys)
-    if (!use.types.empty() && !general.contains(key)) add(key, log->keys);
+  }
   return t.take();
 }
 

@@ -1,9 +1,24 @@
 #pragma once
 /// Every key that configs of an experiment may have, as its own reader asks for them (config/key_log.h).
+#include <string>
+#include <vector>
+
+#include "config/key_log.h"
 #include "store/table.h"
 #include "study/experiment.h"
 
 namespace surveymc::sweep {
+
+/// A key and all that its getters have said.
+struct ListedKey {
+  std::string key;    ///< with the names of its tables; [] in an array of tables
+  std::string usual;  ///< the column `default` of config_keys()
+  config::KeyUse use;
+  bool is_required = false;  ///< in every config, or in every table of its array, that comes with the program
+};
+
+/// The rows of config_keys().
+std::vector<ListedKey> listed_keys(const study::Experiment& experiment);
 
 /// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example,
 /// meaning`, all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other keys", "-"

@@ -23,7 +23,7 @@ _PLACES = {"Ellipse": "ellipse", "Figures": "figures", "NotFound": "result", "Re
            "ResultWarning": "result",
            "RunError": "program", "find_program": "program", "plot": "figures", "run": "program", "sweep": "program"}
 __all__ = [*sorted(_PLACES), "open"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 def __getattr__(name):

@@ -181,7 +181,7 @@ class Basics(Case):
         self.assertRegex(out, r"(?m)^msa_benefit\s+\S+")
 
     def test_help_and_version(self):
-        for command in ["list", "models", "check", "run", "plan", "merge", "status", "show", "rerun", "man", "completion", "keys", "new"]:
+        for command in ["list", "models", "check", "run", "plan", "merge", "status", "show", "rerun", "man", "completion", "keys", "new", "schema", "cite"]:
             self.assertIn(command, self.call("--help").stdout)
             self.assertIn("Usage", self.call(command, "--help").stdout)
         self.assertRegex(self.call("--version").stdout,

@@ -36,14 +36,14 @@ class New(unittest.TestCase):
         for experiment in self.experiments():
             with self.subTest(experiment=experiment):
                 text = self.call("new", experiment)
-                self.assertEqual(text.splitlines()[0], f"# This file comes from: surveymc new {experiment}")
+                self.assertEqual(text.splitlines()[:2], [f"#:schema ./{experiment}.schema.json", f"# This file comes from: surveymc new {experiment}"])
                 self.assertLessEqual(max(map(len, text.splitlines())), 128)
                 config = tomllib.loads(text)
                 self.assertEqual(config["experiment"], experiment)
                 self.assertEqual(os.listdir(self.folder), [])
                 said = self.call("new", experiment, "-o", "mine.toml")
                 self.assertEqual((self.folder / "mine.toml").read_text(), text)
-                self.assertEqual(sorted(os.listdir(self.folder)), sorted(["mine.toml", *self.data_of(config)]))
+                self.assertEqual(sorted(os.listdir(self.folder)), sorted(["mine.toml", f"{experiment}.schema.json", *self.data_of(config)]))
                 self.assertIn("wrote mine.toml", said)
                 self.assertIn("config hash", self.call("check", "mine.toml"))
                 if self.data_of(config):  # without the data it is not: the message names the file that is missing
@@ -77,7 +77,7 @@ class New(unittest.TestCase):
     def test_no_file_is_written_over(self):
         (self.folder / "mine.toml").write_text("mine")
         self.assertIn("mine.toml: exists", self.call("new", "msa_position", "-o", "mine.toml", code=74))
-        self.assertEqual(os.listdir(self.folder), ["mine.toml"])
+        self.assertEqual(os.listdir(self.folder), ["mine.toml"])  # no schema either
         self.assertEqual((self.folder / "mine.toml").read_text(), "mine")
         (self.folder / "own_well.csv").write_text("mine too")
         self.assertIn("own_well.csv is there", self.call("new", "msa_position", "-o", "other.toml"))
@@ -92,7 +92,7 @@ class New(unittest.TestCase):
     def test_the_data_come_with_the_config_into_another_folder(self):
         (self.folder / "sub").mkdir()
         self.call("new", "position_covariance", "-o", "sub/mine.toml")
-        self.assertEqual(sorted(os.listdir(self.folder / "sub")), ["mine.toml", "own_well.csv"])
+        self.assertEqual(sorted(os.listdir(self.folder / "sub")), ["mine.toml", "own_well.csv", "position_covariance.schema.json"])
         self.call("check", "sub/mine.toml")
         self.assertEqual((self.folder / "sub/own_well.csv").read_text(), (SOURCE / "configs/examples/own_well.csv").read_text())
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""LICENSE, CITATION.cff and docs/release-notes.md say what CMakeLists.txt says, in the form that readers of them expect; the tests that
+"""LICENSE and docs/release-notes.md say what CMakeLists.txt says, in the form that readers of them expect; the tests that
 docs/guarantees.md names are there.
 
     check_files.py SOURCE
@@ -13,16 +13,6 @@ version = re.search(r"^project\(surveymc VERSION ([\d.]+)", (source / "CMakeList
 
 licence = (source / "LICENSE").read_text()
 assert licence.startswith("MIT License\n\nCopyright (c) The surveymc authors\n") and "AS IS" in licence
-
-cff = (source / "CITATION.cff").read_text()  # a subset of YAML: keys, and lists of texts or of one key
-keys = dict(re.findall(r'^([a-z-]+): *"?([^"\n]*)"?$', cff, re.M))
-for needed in ["cff-version", "message", "title", "authors", "version", "license", "type"]:
-    assert needed in keys, f"CITATION.cff: {needed} is missing"
-assert keys["cff-version"] == "1.2.0" and keys["type"] in ("software", "dataset") and keys["license"] == "MIT"
-assert keys["version"] == version, f"CITATION.cff: version {keys['version']}, CMakeLists.txt has {version}"
-assert re.search(r'^authors:\n  - name: "The surveymc authors"$', cff, re.M)
-for line in cff.splitlines():
-    assert re.fullmatch(r'[a-z-]+:( .+)?|  - .+|    [a-z-]+: .+', line), f"CITATION.cff: {line}"
 
 package = (source / "scripts/pyproject.toml").read_text(), (source / "scripts/surveymc/__init__.py").read_text()
 for text, pattern in zip(package, (r'^version = "([^"]+)"', r'^__version__ = "([^"]+)"')):
@@ -50,4 +40,4 @@ for row in promised:
     for name in re.findall(r"`([\w.]+)", row.split("|")[3]):
         assert re.search(rf"NAME {re.escape(name)} ", cmake) or name == "tutorial.", f"guarantees.md: no test {name}"
 assert len(promised) >= 8
-print(f"licence, citation and release notes of {version}")
+print(f"licence and release notes of {version}")
