@@ -17,15 +17,15 @@ import tomllib
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from surveymc import storage  # noqa: E402
 
-#: Sections of the site, and their pages in order. What no section names stands in the last one with a star.
+#: Sections of the site, and their pages in order. What no section names stands in the place of the star.
 SECTIONS = {
     "Install": ["installing"],
     "Tutorials": ["tutorials/index", "notebooks/index"],
-    "How-to": ["howto", "using", "report", "cluster", "*"],
+    "How-to": ["howto", "using", "report", "cluster"],
     "Studies": ["studies", "gallery"],
     "Reference": ["keys", "sweeps", "inputs", "error-model-files", "results-format", "tables/index", "comparison-tables", "show", "diff",
-                  "exit-codes", "python", "conventions", "statistics", "orders", "glossary"],
-    "Developers": ["architecture", "equations", "guarantees", "numerics", "performance", "developers/*"],
+                  "exit-codes", "python", "conventions", "statistics", "orders", "*", "glossary"],
+    "Developers": ["contributing", "architecture", "equations", "guarantees", "numerics", "performance", "developers/*"],
     "About": ["release-notes"],
 }
 #: Pages with a folder of pages below them.
@@ -37,16 +37,32 @@ def toctree(pages, caption=None, hidden=True):
     return "\n".join(["", "```{toctree}", *options, *pages, "```", ""])
 
 
-def front_page(source, folder):
-    """index.md: README.md, whose links are those of a page of docs/, and the sections."""
-    text = (source / "README.md").read_text()
-    text = re.sub(r"\]\(docs/", "](", text)
-    text = re.sub(r"\]\((LICENSE|CITATION\.cff|CONTRIBUTING\.md)\)", lambda m: f"](files/{m[1]}.txt)", text)
+def of_the_tree(source, folder):
+    """README.md as index.md, CONTRIBUTING.md as contributing.md, LICENSE and CITATION.cff as texts; and the links to them."""
     (folder / "files").mkdir()
-    for name in ("LICENSE", "CITATION.cff", "CONTRIBUTING.md"):
+    places = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "LICENSE": "files/LICENSE.txt", "CITATION.cff": "files/CITATION.cff.txt"}
+    for name, place in places.items():
         if (source / name).exists():
-            shutil.copy(source / name, folder / f"files/{name}.txt")
-    present = {p.relative_to(folder).with_suffix("").as_posix() for p in folder.rglob("*.md") if p.parent.name != "files"} - {"index"}
+            shutil.copy(source / name, folder / place)
+
+    def moved(match):  # of a link that leads out of docs/, or is one of the tree's own pages
+        up, name, rest = match.groups()
+        return f"]({up}{places[name]}{rest})"
+    names = "|".join(map(re.escape, places))
+    for page in folder.rglob("*.md"):
+        text, depth = page.read_text(), len(page.relative_to(folder).parts) - 1
+        if page.name in ("index.md", "contributing.md") and depth == 0:
+            text = re.sub(r"\]\(docs/", "](", text)
+            text = re.sub(rf"\]\(()({names})(#[^)]*|)\)", moved, text)
+        else:
+            text = re.sub(rf"\]\(\.\./((?:\.\./){{{depth}}})({names})(#[^)]*|)\)", moved, text)
+        page.write_text(text)
+
+
+def front_page(folder):
+    """The sections, below index.md."""
+    text = (folder / "index.md").read_text()
+    present = {p.relative_to(folder).with_suffix("").as_posix() for p in folder.rglob("*.md")} - {"index"}
     below = {page for parent, children in PARENTS.items() for page in present if page.startswith(children + "/") and page != parent}
     listed = {page for pages in SECTIONS.values() for page in pages}
     rest = sorted(p for p in present - below - listed if not p.startswith("developers/"))
@@ -74,20 +90,17 @@ def lists_below(folder):
 
 
 def configs_of(source):
-    """{study: [(path in the tree, title, what the comment at its head says)]} of all configs that `surveymc studies` runs."""
+    """{study: [(path in the tree, title)]} of all configs that `surveymc studies` runs, and of the examples."""
     found = {}
     for path in sorted((source / "configs").glob("*/*.toml")):
-        text = path.read_text()
         if path.parent.name in ("error_models", "smoke", "bench", "new"):
             continue
         try:
-            config = tomllib.loads(text)
+            config = tomllib.loads(path.read_text())
         except tomllib.TOMLDecodeError:
             continue  # the form of another file
         if "experiment" in config:
-            comment = re.match(r"(?:#.*\n)*", text)[0]
-            words = " ".join(line.lstrip("# ") for line in comment.splitlines())
-            found.setdefault(config["experiment"], []).append((path.relative_to(source).as_posix(), config.get("title", path.stem), words))
+            found.setdefault(config["experiment"], []).append((path.relative_to(source).as_posix(), config.get("title", path.stem)))
     return found
 
 
@@ -105,10 +118,9 @@ def study_pages(source, folder, pictures):
         if not of:
             continue
         lines = ["", "## All configs", "| config | what it computes |", "|---|---|"]
-        lines += [f"| `{path}` | {cell(title)} |" for path, title, _ in of]
+        lines += [f"| `{path}` | {cell(title)} |" for path, title in of]
         page.write_text(page.read_text() + "\n".join(lines) + "\n")
-        shown = [(path, title, pictures[pathlib.Path(path).with_suffix("").as_posix().removeprefix("configs/")]) for path, title, _ in of
-                 if pathlib.Path(path).with_suffix("").as_posix().removeprefix("configs/") in pictures]
+        shown = [(path, title, pictures[path]) for path, title in of if path in pictures]
         if not shown and (folder / f"figures/studies/{study}.png").exists():
             shutil.copy(folder / f"figures/studies/{study}.png", folder / f"extra/gallery/{study}.png")
             shown = [(of[0][0], of[0][1], f"gallery/{study}.png")]
@@ -192,7 +204,7 @@ def figures_of(results, name):
 
 
 def pictures_of(folder, results):
-    """{config: picture of the site}: the first figure of each result."""
+    """{path of a config in the tree: picture of the site}: the first figure of each result."""
     found = {}
     for path in sorted(results.rglob("*.h5")) if results else []:
         name = path.relative_to(results).with_suffix("").as_posix()
@@ -200,7 +212,7 @@ def pictures_of(folder, results):
         if figures:
             to = folder / f"extra/gallery/{name.replace('/', '_')}.png"
             smaller(figures[0], to, 480)
-            found[name] = to.relative_to(folder / "extra").as_posix()
+            found[f"configs/{name}.toml"] = to.relative_to(folder / "extra").as_posix()
     return found
 
 
@@ -218,7 +230,8 @@ def main():
     if options.results:
         columns(folder, options.results)
     study_pages(source, folder, pictures_of(folder, options.results))
-    front_page(source, folder)
+    of_the_tree(source, folder)
+    front_page(folder)
     notebooks(source, folder, options.notebooks)
     lists_below(folder)
 
