@@ -224,6 +224,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
       {CodeQuantity::lateral, CodeQuantity::high_side, CodeQuantity::north, CodeQuantity::east, CodeQuantity::worst,
        CodeQuantity::azimuth});
   s.margin = c.number("compare.margin", config::Range::closed(0, 10), "a ratio up to 1 + margin holds", 0.05);
+  s.orders = scenario::read_prediction_orders(c);
+  c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
+            "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");
   s.verdict = compare::read_verdict_rule(c);
   s.annotations = compare::Annotations::read(c, rows_of(s));
   c.finish();

@@ -9,6 +9,7 @@
 #include "compare/annotations.h"
 #include "compare/verdict.h"
 #include "random/study_id.h"
+#include "scenario/prediction_orders.h"
 #include "scenario/reference_field.h"
 
 namespace surveymc::studies::corrected_codes {
@@ -27,7 +28,8 @@ struct Scenario {
   scenario::FieldOfPlaces places;                    ///< what the places' fields are
   std::vector<analysis::CodeScope> scopes;
   std::vector<analysis::CodeQuantity> quantities;
-  double margin = 0.05;  ///< a ratio up to 1 + margin holds
+  scenario::PredictionOrders orders;  ///< of the last position
+  double margin = 0.05;               ///< a ratio up to 1 + margin holds
   compare::VerdictRule verdict;
   compare::Annotations annotations;
 

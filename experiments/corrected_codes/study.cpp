@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/order_rows.h"
 #include "random/study_stream.h"
 #include "stats/sample_summary.h"
 #include "survey/minimum_curvature.h"
@@ -25,9 +26,7 @@ namespace {
 constexpr int kBatch = 64;         // trials: their readings stay in the cache
 constexpr std::size_t kTails = 2;  // beyond two and three claimed sd
 constexpr std::array<double, kTails> kBeyond{2, 3};
-constexpr double kMostLost = 0.01;     // share of the trials without a solution
-constexpr double kPlausible = 4;       // sd of the axial errors: more is no other explanation of a reading
-constexpr double kSameMinimum = 1e-3;  // nT^2: two minima whose costs differ by less are one
+constexpr double kMostLost = 0.01;  // share of the trials without a solution
 
 }  // namespace
 
@@ -37,7 +36,8 @@ struct CorrectedCodesPoint::Errors {
   std::vector<bool> converged, ambiguous;
 };
 
-std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeComparison* c) {
+std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeComparison* c,
+                                  const orders::Predictions* orders) {
   std::vector<compare::Row> rows;
   const auto add = [&](CodeQuantity q, int component) {
     compare::Row row{.table = "prediction",
@@ -56,6 +56,23 @@ std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeCompari
   };
   for (std::size_t i = 0; i < kPositionCount; ++i) add(kPositions[i], static_cast<int>(kPositionCount + i));
   add(CodeQuantity::azimuth, -1);
+  if (!s.orders.any()) return rows;
+  for (compare::Row& row : rows) row.formulation = "first";
+  for (const std::string& name : s.orders.names) {
+    if (name == "first") continue;
+    const std::optional<orders::Moments> m = orders ? orders->of(name) : std::nullopt;
+    for (std::size_t i = 0; i < kPositionCount; ++i) {
+      if (kPositions[i] == CodeQuantity::worst) continue;
+      compare::Row row = rows[i];
+      row.formulation = name;
+      row.prediction = kNaN;
+      if (m) {
+        const Eigen::RowVector3d along = analysis::code_direction(*c, *s.well, kPositions[i]);
+        row.prediction = std::sqrt(along * m->covariance * along.transpose());
+      }
+      rows.push_back(row);
+    }
+  }
   return rows;
 }
 
@@ -75,130 +92,45 @@ Judged judge(const Claim& c, double margin) {
 CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scenario)) {
   if (!s_.well || !s_.latitude_deg.empty()) return;  // a map over places has many fields
   comparison_ = analysis::compare_code(*s_.well, s_.field, s_.which, s_.wants(CodeScope::total));
-  rows_ = rows_of(s_, &*comparison_);
+  if (s_.trials > 0 || s_.orders.any()) runs_.emplace(s_.which, *s_.well, s_.field, *comparison_);
+  if (s_.orders.any() && comparison_->after.determined)
+    orders_ = orders::predict(runs_->chain(), s_.orders.wanted, orders::first_order_directions);
+  rows_ = rows_of(s_, &*comparison_, orders_ ? &*orders_ : nullptr);
   for (std::size_t i = 0; i < kPositionCount; ++i) {
     directions_[i] = analysis::code_direction(*comparison_, *s_.well, kPositions[i]);
     claimed_[i] = std::sqrt(directions_[i] * comparison_->magnetic.position * directions_[i].transpose());
   }
   for (std::size_t k = 1; k < comparison_->magnetic.azimuth.size(); ++k)
     claimed_azimuth_.push_back(std::sqrt(comparison_->magnetic.azimuth[k]));
-  if (s_.trials == 0) return;
-  setup_ = sensor::disturbed_run_setup(*s_.well, s_.field);
-  const propagate::CodeDraws& d = s_.which.draws;
-  setup_.sd = d.sensors;
-  setup_.interference = d.interference;
-  setup_.run = {d.run.total, d.run.dip, d.run.declination_in(s_.field)};
-  setup_.station = {d.station.total, d.station.dip, d.station.declination_in(s_.field)};
-  setup_.noise = s_.which.noise;
-  setup_.turned = s_.which.turned;
-  tied_ = survey::tied_survey(*s_.well, s_.field.declination, s_.which.claimed->first_leg_doubled());
-  uncorrected_ = survey::LaneArray(1, 6, true);
-  for (int i = 0; i < 6; ++i) uncorrected_.fill(0, i, i < 3 ? 1 : 0);
-  position_ = survey::minimum_curvature_positions(*s_.well).back();
-  if (s_.which.correction.kind == analysis::Correction::Kind::none) return;
-  std::vector<survey::Vec3<double>> expected;
-  for (const survey::StationFields& f : comparison_->stations.fields) expected.push_back(f.field_T);
-  const bool whole_run = s_.which.correction.kind == analysis::Correction::Kind::run;
-  // Without errors the six parameters of a straight hole are not determined: there is no start near their estimate.
-  const bool near = whole_run && comparison_->after.determined;
-  estimator_ =
-      estimate::make_estimator(whole_run ? s_.which.correction.estimator : analysis::axial_estimator(), s_.field,
-                               near ? comparison_->stations.fields : std::vector<survey::StationFields>(),
-                               near ? expected : std::vector<survey::Vec3<double>>());
-}
-
-namespace {
-
-/// The axial reading with which the horizontal field of a station is as strong as with its own: near the other minimum
-/// of the axial correction. |u x b|^2 is a parabola in the axial field.
-double mirrored(const survey::ReadingBlock& one, int group, int lane) {
-  const auto at = [&](const survey::LaneArray& rows, int axis) { return rows.row(group, axis)[lane]; };
-  const double ux = at(one.down, 0), uy = at(one.down, 1), across = ux * ux + uy * uy;
-  const double middle = at(one.down, 2) * (ux * at(one.magnetic, 0) + uy * at(one.magnetic, 1)) / across;
-  return across > 0 ? 2 * middle - at(one.magnetic, 2) : at(one.magnetic, 2);
-}
-
-}  // namespace
-
-void CorrectedCodesPoint::correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
-                                           survey::LaneArray& ambiguous) const {
-  survey::ReadingBlock one(readings.trials, 1, true, false);
-  estimate::EstimateBlock estimates(readings.trials), other(readings.trials);
-  const double most = kPlausible * s_.which.draws.axial_bias();
-  for (int g = 0; g < readings.groups(); ++g) {
-    for (int r = 0; r < 2; ++r) std::copy_n(readings.reference.row(g, r), simd::kGroup, one.reference.row(g, r));
-    std::fill_n(converged.row(g, 0), simd::kGroup, 1.0);
-  }
-  for (int k = 0; k < readings.stations; ++k) {
-    for (int g = 0; g < readings.groups(); ++g)
-      for (int axis = 0; axis < 3; ++axis) {
-        std::copy_n(readings.magnetic.row(g, 3 * k + axis), simd::kGroup, one.magnetic.row(g, axis));
-        std::copy_n(readings.down.row(g, 3 * k + axis), simd::kGroup, one.down.row(g, axis));
-      }
-    estimator_->solve(one, estimates);
-    for (int g = 0; g < readings.groups(); ++g)
-      for (int lane = 0; lane < simd::kGroup; ++lane) one.magnetic.row(g, 2)[lane] = mirrored(one, g, lane);
-    estimator_->solve(one, other);
-    for (int g = 0; g < readings.groups(); ++g)
-      for (int lane = 0; lane < simd::kGroup; ++lane) {
-        // The axial field of the other minimum, and the error of the reading that it would mean.
-        const double axial = one.magnetic.row(g, 2)[lane] - other.parameters.row(g, 5)[lane],
-                     error = readings.magnetic.row(g, 3 * k + 2)[lane] - axial;
-        if (other.converged.row(g, 0)[lane] != 0 && std::abs(error) < most &&
-            other.cost.row(g, 0)[lane] < estimates.cost.row(g, 0)[lane] - kSameMinimum)
-          ambiguous.row(g, 0)[lane] = 1;
-        readings.magnetic.row(g, 3 * k + 2)[lane] -= estimates.parameters.row(g, 5)[lane];
-        if (estimates.converged.row(g, 0)[lane] == 0) converged.row(g, 0)[lane] = 0;
-      }
-  }
 }
 
 CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, int count) const {
-  const int groups = survey::groups_for(count), stations = setup_.stations();
-  survey::ReadingBlock readings = sensor::make_disturbed_block(count, setup_);
-  sensor::draw_disturbed_runs(setup_, random::stream_of(s_.seed), first, readings);
-  survey::LaneArray positions[2] = {{groups, 3}, {groups, 3}}, lateral[2] = {{groups, stations}, {groups, stations}};
-  survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[0], lateral[0]);
-  estimate::EstimateBlock estimates(count);
-  survey::LaneArray ambiguous(groups, 1);
-  switch (s_.which.correction.kind) {
-    case analysis::Correction::Kind::none:
-      for (int g = 0; g < groups; ++g) std::fill_n(estimates.converged.row(g, 0), simd::kGroup, 1.0);
-      survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[1], lateral[1]);
-      break;
-    case analysis::Correction::Kind::run:
-      estimator_->solve(readings, estimates);
-      survey::corrected_tied_positions(readings, estimates.parameters, tied_, positions[1], lateral[1]);
-      break;
-    case analysis::Correction::Kind::station:
-      correct_stations(readings, estimates.converged, ambiguous);
-      survey::corrected_tied_positions(readings, uncorrected_, tied_, positions[1], lateral[1]);
-      break;
-  }
+  const int stations = runs_->stations();
+  const CorrectedRun run = runs_->run(random::stream_of(s_.seed), first, count);
   Errors out{Eigen::MatrixXd(count, 2 * static_cast<int>(kPositionCount)),
              Eigen::MatrixXd(count, stations),
              Eigen::MatrixXd(count, stations),
              {},
              {}};
   for (int t = 0; t < count; ++t) {
-    bool sound = estimates.converged.value(t, 0) != 0;
+    bool sound = run.converged.value(t, 0) != 0;
     for (std::size_t state = 0; state < 2; ++state) {
-      const survey::LaneArray& p = positions[state];
-      const Eigen::Vector3d error = Eigen::Vector3d(p.value(t, 0), p.value(t, 1), p.value(t, 2)) - position_;
+      const survey::LaneArray& p = run.position[state];
+      const Eigen::Vector3d error = Eigen::Vector3d(p.value(t, 0), p.value(t, 1), p.value(t, 2)) - runs_->position();
       for (std::size_t i = 0; i < kPositionCount; ++i)
         out.position(t, static_cast<int>(state * kPositionCount + i)) = directions_[i] * error;
       Eigen::MatrixXd& turned = state == 0 ? out.before : out.after;
-      for (int k = 0; k < stations; ++k) turned(t, k) = lateral[state].value(t, k);
+      for (int k = 0; k < stations; ++k) turned(t, k) = run.lateral[state].value(t, k);
       sound = sound && error.allFinite();
     }
     out.converged.push_back(sound);
-    out.ambiguous.push_back(ambiguous.value(t, 0) != 0);
+    out.ambiguous.push_back(run.ambiguous.value(t, 0) != 0);
   }
   return out;
 }
 
 stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const {
-  const int stations = setup_.stations();
+  const int stations = runs_->stations();
   Eigen::MatrixXd position(block.count, 2 * static_cast<int>(kPositionCount)), before(block.count, stations),
       after(block.count, stations);
   stats::Tally tally;
@@ -310,6 +242,24 @@ std::vector<Claim> CorrectedCodesPoint::claims_of(const stats::Tally& tally) con
   return claims;
 }
 
+store::Table CorrectedCodesPoint::orders_table(const stats::Tally& tally) const {
+  compare::TableRows t("orders",
+                       "which order of prediction the last position after the correction needs, without a trial" +
+                           compare::at_confidence(s_.verdict));
+  for (std::size_t i = 0; i < kPositionCount; ++i) {
+    if (kPositions[i] == CodeQuantity::worst) continue;
+    const auto component = static_cast<Eigen::Index>(kPositionCount + i);
+    t.word("correction", "of the readings", s_.correction);
+    compare::write_order(t, analysis::kCodeQuantities[static_cast<std::size_t>(kPositions[i])],
+                         directions_[i].transpose(), *orders_, s_.orders.wanted, runs_->inputs(),
+                         tally.moments.count < 2
+                             ? compare::OrderSample{}
+                             : compare::order_sample(stats::summarise(tally.moments, component), s_.verdict),
+                         s_.verdict);
+  }
+  return t.take();
+}
+
 study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
   study::PointResult r;
   if (comparison_) {
@@ -330,10 +280,13 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
                                   rows, tally.trials, tally.failed));
     r.tables.push_back(budget_table(s_, *comparison_));
     r.tables.push_back(requirement_table(s_, *comparison_));
+    if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));
   }
   if (s_.has_map()) {
     r.maps = code_maps(s_, options);
     r.tables.push_back(shares_table(s_, r.maps));
+    if (s_.orders.wanted.profile)
+      r.tables.push_back(compare::order_shares_table("the lateral position", r.maps.back().values));
   }
   if (s_.latitude_deg.empty()) r.tables.push_back(zone_table(s_));
   r.tables.push_back(terms_table(s_));
@@ -358,10 +311,11 @@ namespace {
 class CorrectedCodesPlan final : public study::PlanOfPoint<Scenario, CorrectedCodesPoint> {
  public:
   using PlanOfPoint::PlanOfPoint;
-  /// A cell of a map costs about as much as ten trials.
+  /// A cell of a map costs about as much as ten trials, and ten thousand with its order.
   double cost() const override {
     const double stations = s_.well ? s_.well->size() : s_.design->stations;
-    return stations * (10 * static_cast<double>(1 + s_.cells()) + static_cast<double>(s_.trials));
+    const double cell = s_.orders.wanted.profile ? 10'000 : 10;
+    return stations * (cell * static_cast<double>(1 + s_.cells()) + static_cast<double>(s_.trials));
   }
 };
 

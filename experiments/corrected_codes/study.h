@@ -1,14 +1,14 @@
 #pragma once
 /// One point of the study `corrected_codes` (see study.cpp).
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "compare/row.h"
+#include "corrected_codes/runs.h"
 #include "corrected_codes/scenario.h"
-#include "sensor/disturbed_runs.h"
+#include "orders/predictions.h"
 #include "study/experiment.h"
-#include "survey/corrected_position.h"
-#include "survey/readings.h"
 
 namespace surveymc::studies::corrected_codes {
 
@@ -20,7 +20,9 @@ inline constexpr std::size_t kPositionCount = kPositions.size();
 
 /// The rows of table `prediction`: the ratio of what is there to what is claimed, by first order and by Monte Carlo.
 /// `comparison`: of the well; without it the rows have no predictions.
-std::vector<compare::Row> rows_of(const Scenario& scenario, const analysis::CodeComparison* comparison = nullptr);
+/// `orders`: of the errors of the last position, where the scenario wants some.
+std::vector<compare::Row> rows_of(const Scenario& scenario, const analysis::CodeComparison* comparison = nullptr,
+                                  const orders::Predictions* orders = nullptr);
 
 /// One row of table `claims`: a quantity at a depth, in one scope. Lengths in m, of azimuth sinI dA in rad.
 struct Claim {
@@ -53,20 +55,14 @@ class CorrectedCodesPoint final : public study::StudyPoint {
  private:
   struct Errors;  // of a batch
   Errors simulate(std::uint64_t first, int count) const;
-  /// Corrects readings station by station: what is left of each is an uncorrected reading.
-  /// `ambiguous`: 1 where some station's minimum is not the lowest.
-  void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
-                        survey::LaneArray& ambiguous) const;
   std::vector<Claim> claims_of(const stats::Tally& tally) const;
+  store::Table orders_table(const stats::Tally& tally) const;
 
   Scenario s_;
   std::optional<analysis::CodeComparison> comparison_;  ///< of the well
   std::vector<compare::Row> rows_;
-  std::unique_ptr<estimate::Estimator> estimator_;
-  sensor::DisturbedRunSetup setup_;
-  survey::TiedSurvey tied_;
-  survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
-  Eigen::Vector3d position_;       ///< the true one of the last station
+  std::optional<CorrectedRuns> runs_;          ///< where there are trials, or orders beyond the first
+  std::optional<orders::Predictions> orders_;  ///< none where the correction is not determined
   std::array<Eigen::RowVector3d, kPositionCount> directions_;
   std::array<double, kPositionCount> claimed_{};  ///< sd along each of them, scope magnetic, m
   std::vector<double> claimed_azimuth_;           ///< sd of sinI dA at each measured station, rad
@@ -81,7 +77,8 @@ store::Table terms_table(const Scenario& scenario);
 store::Table zone_table(const Scenario& scenario);
 store::Table validity_table(const Scenario& scenario, const analysis::CodeComparison* comparison,
                             const stats::Tally& tally);
-/// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, kappa, half_angle; table `shares` of the classes.
+/// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, kappa, half_angle, and order_needed where the profile is
+/// wanted; table `shares` of the classes.
 /// Throws Interrupted.
 std::vector<store::Map> code_maps(const Scenario& scenario, const montecarlo::RunOptions& options);
 store::Table shares_table(const Scenario& scenario, const std::vector<store::Map>& maps);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/order_rows.h"
 #include "compare/table_rows.h"
 #include "corrected_codes/study.h"
 #include "error_model/model.h"
@@ -209,6 +210,17 @@ std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOption
                   axes,
                   {}});
   maps.push_back({"half_angle", "deg", "about magnetic east and west, below which kappa is above 0.12", axes, {}});
+  store::Map orders{"order_needed", "1", compare::kOrderMapMeaning, axes, {}};
+  const auto order_of = [&](const survey::Survey& well, const survey::ReferenceField& field,
+                            const analysis::CodeComparison& c) {
+    if (!c.after.determined) return kNaN;
+    orders::WantedOrders wanted;
+    wanted.profile = true;
+    wanted.options = s.orders.wanted.options;
+    const CorrectedRuns runs(s.which, well, field, c);
+    return compare::order_value(orders::predict(runs.chain(), wanted, orders::first_order_directions),
+                                analysis::code_direction(c, well, CodeQuantity::lateral), s.verdict.margin);
+  };
   const auto add_cell = [&](const survey::Survey& well, const survey::ReferenceField& field) {
     const analysis::CodeComparison c = analysis::compare_code(well, field, s.which, false);
     for (std::size_t i = 0; i < kMapped.size(); ++i) {
@@ -225,6 +237,7 @@ std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOption
     const survey::Station& last = well.stations.back();
     maps[kClassMap + 1].values.push_back(analysis::axial_kappa(s.which.draws, field, last.inclination, last.azimuth));
     maps[kClassMap + 2].values.push_back(analysis::axial_half_angle(s.which.draws, field) / kDegree);
+    if (s.orders.wanted.profile) orders.values.push_back(order_of(well, field, c));
   };
   const auto look_for_stop = [&] {
     if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
@@ -239,6 +252,7 @@ std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOption
     for (const double azimuth : s.azimuth_deg)
       add_cell(analysis::make_well(*s.design, inclination * kDegree, azimuth * kDegree), s.field);
   }
+  if (s.orders.wanted.profile) maps.push_back(std::move(orders));
   return maps;
 }
 

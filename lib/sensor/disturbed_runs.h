@@ -44,4 +44,9 @@ survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& s
 void draw_disturbed_runs(const DisturbedRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial,
                          survey::ReadingBlock& out);
 
+/// The same of given normals, rows of `z` (groups of `out` or more): 16 of the run in the order of SensorTerms,
+/// interference, total field, dip, declination; then three of every station: total field, dip, declination; then three
+/// of every station's noise, read where there is noise. The tool is not turned (asserted).
+void disturbed_readings(const DisturbedRunSetup& setup, const survey::LaneArray& z, survey::ReadingBlock& out);
+
 }  // namespace surveymc::sensor

@@ -21,14 +21,55 @@ survey::Vec3<T> turn(const survey::Vec3<T>& v, const T& sine, const T& cosine) {
   return {fma(cosine, v.x, sine * v.y), fma(cosine, v.y, -sine * v.x), v.z};
 }
 
-/// One run: 16 draws, then four at every station, of which the last is not used.
-void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>& trial, double* magnetic,
-         double* down) {
-  std::array<T, 16> z;
-  for (std::uint32_t call = 0; call < 4; ++call) {
-    const auto draws = stream.normals<T>(trial, random::Channel::disturbed_run, Bits<T>(call));
-    for (std::size_t i = 0; i < 4; ++i) z[4 * call + i] = draws[i];
+/// The normals of the trials of a group: 16 of the run; of every station four, of which the last is not used; of the
+/// noise four neighbouring ones, from `row` on.
+struct DrawnNormals {
+  const random::Stream& stream;
+  Bits<T> trial;
+  std::array<T, 16> run() const {
+    std::array<T, 16> z;
+    for (std::uint32_t call = 0; call < 4; ++call) {
+      const auto draws = stream.normals<T>(trial, random::Channel::disturbed_run, Bits<T>(call));
+      for (std::size_t i = 0; i < 4; ++i) z[4 * call + i] = draws[i];
+    }
+    return z;
   }
+  T turn() const { return stream.uniforms<T>(trial, random::Channel::disturbed_run, Bits<T>(4))[0]; }
+  std::array<T, 4> station(int k) const {
+    return stream.normals<T>(trial, random::Channel::disturbed_station, Bits<T>(static_cast<std::uint64_t>(k)));
+  }
+  std::array<T, 4> noise(int row) const {
+    return stream.normals<T>(trial, random::Channel::magnetometer_noise, Bits<T>(static_cast<std::uint64_t>(row / 4)));
+  }
+};
+
+/// Those that are given (disturbed_runs.h: disturbed_readings).
+struct GivenNormals {
+  const double* z;  ///< rows kGroup doubles apart
+  int stations;
+  T row(int i) const { return load<T>(z + i * kGroup); }
+  std::array<T, 16> run() const {
+    std::array<T, 16> out;
+    for (int i = 0; i < 16; ++i) out[static_cast<std::size_t>(i)] = row(i);
+    return out;
+  }
+  T turn() const { return T(0.0); }
+  std::array<T, 4> station(int k) const {
+    const int first = 16 + 3 * k;
+    return {row(first), row(first + 1), row(first + 2), T(0.0)};
+  }
+  std::array<T, 4> noise(int from) const {
+    std::array<T, 4> out{T(0.0), T(0.0), T(0.0), T(0.0)};
+    for (int i = 0; i < 4 && from + i < 3 * stations; ++i)
+      out[static_cast<std::size_t>(i)] = row(16 + 3 * stations + from + i);
+    return out;
+  }
+};
+
+/// One run.
+template <class Normals>
+void run(const DisturbedRunBatch& b, const Normals& normals, double* magnetic, double* down) {
+  const std::array<T, 16> z = normals.run();
   const auto term = [&](std::size_t i) { return T(b.sd[i]) * z[i]; };
   const auto three = [&](std::size_t from) { return survey::Vec3<T>{term(from), term(from + 1), term(from + 2)}; };
   const T per_gravity(1 / b.gravity), one(1.0);
@@ -39,13 +80,9 @@ void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>
   const T total = fma(T(b.run.total), z[13], T(b.total)), dip = fma(T(b.run.dip), z[14], T(b.dip)),
           declination = T(b.run.declination) * z[15];
   T sin_tool(0.0), cos_tool(1.0);
-  if (b.turned) {
-    const auto angle = stream.uniforms<T>(trial, random::Channel::disturbed_run, Bits<T>(4));
-    std::tie(sin_tool, cos_tool) = sincos(T(2 * kPi) * angle[0]);
-  }
+  if (b.turned) std::tie(sin_tool, cos_tool) = sincos(T(2 * kPi) * normals.turn());
   for (int k = 0; k < b.stations; ++k) {
-    const auto draws =
-        stream.normals<T>(trial, random::Channel::disturbed_station, Bits<T>(static_cast<std::uint64_t>(k)));
+    const std::array<T, 4> draws = normals.station(k);
     const T field = fma(T(b.station.total), draws[0], total);
     const auto [sin_dip, cos_dip] = sincos(fma(T(b.station.dip), draws[1], dip));
     const auto [sin_turn, cos_turn] = sincos(fma(T(b.station.declination), draws[2], declination));
@@ -71,8 +108,7 @@ void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>
   }
   if (!(b.noise > 0)) return;
   for (int row = 0; row < 3 * b.stations; row += 4) {
-    const auto draws =
-        stream.normals<T>(trial, random::Channel::magnetometer_noise, Bits<T>(static_cast<std::uint64_t>(row / 4)));
+    const std::array<T, 4> draws = normals.noise(row);
     for (int i = 0; i < 4 && row + i < 3 * b.stations; ++i) {
       double* at = magnetic + (row + i) * kGroup;
       store(at, fma(T(b.noise), draws[static_cast<std::size_t>(i)], load<T>(at)));
@@ -80,19 +116,32 @@ void run(const DisturbedRunBatch& b, const random::Stream& stream, const Bits<T>
   }
 }
 
-}  // namespace
-
-void disturbed_runs(const DisturbedRunBatch& b, const random::Stream& stream) {
+/// Every group of trials, with the normals that `normals_of` gives for its first trial.
+template <class NormalsOf>
+void run_all(const DisturbedRunBatch& b, const NormalsOf& normals_of) {
   const auto [sin_dip, cos_dip] = sincos(T(b.dip));
   for (int group = 0; group < b.groups; ++group)
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
       const auto g = static_cast<std::size_t>(group);
-      run(b, stream, consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)),
-          b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
+      run(b, normals_of(group, lane), b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
       double* reference = b.reference + g * b.reference_stride + lane;
       store(reference, T(b.total) * cos_dip);
       store(reference + kGroup, T(b.total) * sin_dip);
     }
+}
+
+}  // namespace
+
+void disturbed_runs(const DisturbedRunBatch& b, const random::Stream& stream) {
+  run_all(b, [&](int group, int lane) {
+    return DrawnNormals{stream, consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane))};
+  });
+}
+
+void disturbed_readings(const DisturbedRunBatch& b, const double* z, std::size_t stride) {
+  run_all(b, [&](int group, int lane) {
+    return GivenNormals{z + static_cast<std::size_t>(group) * stride + lane, b.stations};
+  });
 }
 
 }  // namespace surveymc::sensor::SURVEYMC_ISA

@@ -1,5 +1,5 @@
 #pragma once
-/// The kernel behind draw_disturbed_runs, for both instruction sets (simd/lanes.h).
+/// The kernels behind draw_disturbed_runs and disturbed_readings, for both instruction sets (simd/lanes.h).
 #include <cstddef>
 #include <cstdint>
 
@@ -22,5 +22,6 @@ struct DisturbedRunBatch {
 };
 
 SURVEYMC_KERNEL(void disturbed_runs(const DisturbedRunBatch& batch, const random::Stream& stream));
+SURVEYMC_KERNEL(void disturbed_readings(const DisturbedRunBatch& batch, const double* z, std::size_t stride));
 
 }  // namespace surveymc::sensor

@@ -6,6 +6,7 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/well_design.h"
 #include "base/units.h"
+#include "orders/difference_chain.h"
 #include "orders/order_needed.h"
 #include "orders/profile.h"
 #include "orders/second.h"
@@ -135,6 +136,26 @@ TEST_CASE("Every second derivative of the chain of MSA is right to 1e-5, and wit
             1e-5 * h.col(i).cwiseAbs().maxCoeff() + 1e-7 * h.cwiseAbs().maxCoeff());
     }
   }
+}
+
+TEST_CASE("A chain that is known by its values alone has the derivatives of the chain of MSA") {
+  const analysis::MsaChain chain = inputs_of(kCases[3]).chain();
+  const Eigen::Index d = chain.dimension();
+  const orders::DifferenceChain differences(d, [&chain](const MatrixXd& z) { return chain.values(z); });
+  orders::ExpansionParts parts;
+  parts.directions = some_normals(d, 0.1, 3).normalized();
+  parts.squares = true;
+  const orders::Centre centre = orders::centre_of(chain, parts);
+  const orders::Expansion &exact = centre.expansion, found = differences.expand(VectorXd::Zero(d), {}, parts);
+  CHECK((found.first - exact.first).norm() <= 1e-6 * exact.first.norm());
+  for (int a = 0; a < 2; ++a) {
+    const auto row = static_cast<std::size_t>(a);
+    CHECK(std::abs(found.trace[a] / exact.trace[a] - 1) <= 1e-3);
+    CHECK((found.along[row] - exact.along[row]).norm() <= 1e-3 * exact.along[row].norm());
+    CHECK(std::abs(found.squares(a, a) / exact.squares(a, a) - 1) <= 2e-3);
+  }
+  const orders::Moments second = orders::second_order(chain), by_differences = orders::second_order(differences);
+  for (int a = 0; a < 2; ++a) CHECK(std::abs(by_differences.covariance(a, a) / second.covariance(a, a) - 1) <= 1e-4);
 }
 
 TEST_CASE("First order of the chain is the joint prediction") {

@@ -31,6 +31,35 @@ DisturbedRunSetup setup_of(const survey::Survey& s) {
 
 }  // namespace
 
+TEST_CASE("Readings of given normals are those of the runs that draw them, bit for bit") {
+  const DisturbedRunSetup setup = setup_of(well());
+  const random::Stream stream(7, 65000);
+  survey::ReadingBlock drawn = make_disturbed_block(16, setup), given = make_disturbed_block(16, setup);
+  draw_disturbed_runs(setup, stream, 32, drawn);
+  const int stations = setup.stations();
+  survey::LaneArray z(given.groups(), 16 + 6 * stations);
+  for (int trial = 0; trial < 16; ++trial) {
+    const auto number = static_cast<std::uint64_t>(32 + trial);
+    const auto set = [&](int row, random::Channel channel, int index) {
+      z.row(trial / simd::kGroup, row)[trial % simd::kGroup] =
+          stream.normal(number, channel, static_cast<std::uint32_t>(index));
+    };
+    for (int i = 0; i < 16; ++i) set(i, random::Channel::disturbed_run, i);
+    for (int k = 0; k < stations; ++k)
+      for (int i = 0; i < 3; ++i) {
+        set(16 + 3 * k + i, random::Channel::disturbed_station, 4 * k + i);
+        set(16 + 3 * stations + 3 * k + i, random::Channel::magnetometer_noise, 3 * k + i);
+      }
+  }
+  disturbed_readings(setup, z, given);
+  for (int trial = 0; trial < 16; ++trial)
+    for (int row = 0; row < 3 * stations; ++row) {
+      CHECK(given.magnetic.value(trial, row) == drawn.magnetic.value(trial, row));
+      CHECK(given.down.value(trial, row) == drawn.down.value(trial, row));
+    }
+  for (int row = 0; row < 2; ++row) CHECK(given.reference.value(3, row) == drawn.reference.value(3, row));
+}
+
 TEST_CASE("Readings of a disturbed run are those of the definition, draw by draw") {
   const survey::Survey s = well();
   const DisturbedRunSetup setup = setup_of(s);

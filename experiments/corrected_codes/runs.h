@@ -1,0 +1,58 @@
+#pragma once
+/// Runs of a well under a base code, and what their correction leaves.
+#include <memory>
+
+#include "analysis/code_comparison.h"
+#include "orders/difference_chain.h"
+#include "random/stream.h"
+#include "sensor/disturbed_runs.h"
+#include "survey/corrected_position.h"
+#include "survey/readings.h"
+
+namespace surveymc::studies::corrected_codes {
+
+/// Of a block of runs, before (0) and after (1) the correction.
+struct CorrectedRun {
+  survey::LaneArray position[2];           ///< of the last station: N, E, V, m
+  survey::LaneArray lateral[2];            ///< of the direction at every measured station, rad
+  survey::LaneArray converged, ambiguous;  ///< 1 or 0; ambiguous: some station's minimum is not the lowest
+};
+
+class CorrectedRuns {
+ public:
+  /// `comparison`: of this well in this field.
+  CorrectedRuns(const analysis::CodeCase& which, const survey::Survey& well, const survey::ReferenceField& field,
+                const analysis::CodeComparison& comparison);
+
+  int stations() const { return setup_.stations(); }
+  const Eigen::Vector3d& position() const { return position_; }  ///< the true one of the last station
+  /// Trials first, first + 1, ...
+  CorrectedRun run(const random::Stream& stream, std::uint64_t first, int count) const;
+
+  /// The error of the last position after the correction as a function of the normals of a run: those of the errors
+  /// that are drawn. The tool is not turned. `this` must outlive it.
+  orders::DifferenceChain chain() const;
+  /// Names of these normals: analysis::kCodeInputNames.
+  std::vector<std::string> inputs() const;
+
+ private:
+  CorrectedRun correct(survey::ReadingBlock readings) const;
+  /// Corrects readings station by station: what is left of each is an uncorrected reading.
+  void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
+                        survey::LaneArray& ambiguous) const;
+  /// Rows of sensor::disturbed_readings() whose errors have a size, and the input of each.
+  struct DrawnRow {
+    int row;
+    std::size_t input;
+  };
+  std::vector<DrawnRow> drawn_rows() const;
+
+  analysis::CodeCase which_;
+  std::unique_ptr<estimate::Estimator> estimator_;
+  sensor::DisturbedRunSetup setup_;
+  survey::TiedSurvey tied_;
+  survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
+  Eigen::Vector3d position_;
+};
+
+}  // namespace surveymc::studies::corrected_codes
