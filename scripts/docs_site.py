@@ -132,6 +132,17 @@ def study_pages(source, folder, pictures):
     (folder / "gallery.md").write_text("\n".join(gallery) + "\n")
 
 
+def indexed_keys(folder):
+    """Every key becomes an entry of the index, so that the search leads to its table."""
+    sections = re.split(r"(?m)^(?=## )", (folder / "keys.md").read_text())
+    for i, text in enumerate(sections):
+        keys = re.findall(r"(?m)^\| `([^`]+)`", text)
+        if keys:
+            head, rest = text.split("\n", 1)
+            sections[i] = "\n".join([head, "```{index} " + ", ".join(keys), "```", "", rest])
+    (folder / "keys.md").write_text("".join(sections))
+
+
 def html(text):
     return text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
 
@@ -230,6 +241,7 @@ def main():
     if options.results:
         columns(folder, options.results)
     study_pages(source, folder, pictures_of(folder, options.results))
+    indexed_keys(folder)
     of_the_tree(source, folder)
     front_page(folder)
     notebooks(source, folder, options.notebooks)

@@ -105,9 +105,9 @@ def clicks(pages):
 
 
 def searched(folder):
-    """The words that the search of the site knows."""
+    """What the search of the site knows: words, and entries of the index, by small letters."""
     index = json.loads(re.fullmatch(r"Search\.setIndex\((.*)\)\s*", (folder / "searchindex.js").read_text(), re.S)[1])
-    return set(index["terms"]) | set(index["titleterms"])
+    return set(index["terms"]) | set(index["titleterms"]), {entry.lower() for entry in index["indexentries"]}
 
 
 def check_site(folder, source):
@@ -128,11 +128,13 @@ def check_site(folder, source):
     away = clicks(pages)
     bad += [f"{name}: not within three clicks of index.html" for name in pages if away.get(name, 4) > 3]
     from sphinx.search.en import SearchEnglish  # only where the site can be built
-    stem, known = SearchEnglish({}).stem, searched(folder)
+    stem, (words, entries) = SearchEnglish({}).stem, searched(folder)
     keys = set(re.findall(r"^\| `([^`]+)`", (source / "docs/keys.md").read_text(), re.M))
     for key in sorted(keys):
+        if key.lower() not in entries:
+            bad.append(f"search does not lead to the key {key}")
         for word in re.findall(r"\w\w\w+", key):  # as the search takes a key apart; it knows no shorter words
-            if not {word.lower(), stem(word.lower())} & known:
+            if not {word.lower(), stem(word.lower())} & words:
                 bad.append(f"search does not find {word} of the key {key}")
     return bad, f"{len(pages)} pages within {max(away.values())} clicks, {links} links, {len(keys)} keys to be searched"
 

@@ -33,8 +33,9 @@ class Site(unittest.TestCase):
     def page(self, name, body):
         (self.folder / f"{name}.html").write_text(f"<html><body>{body}</body></html>")
 
-    def search(self, terms):
-        (self.folder / "searchindex.js").write_text(f"Search.setIndex({json.dumps({'terms': terms, 'titleterms': {}})})")
+    def search(self, terms, entries=("survey.file",)):
+        entries = {entry: [] for entry in entries}
+        (self.folder / "searchindex.js").write_text(f"Search.setIndex({json.dumps({'terms': terms, 'titleterms': {}, 'indexentries': entries})})")
 
     def check(self):
         return check_links.check_site(self.folder, self.folder)[0]
@@ -70,6 +71,8 @@ class Site(unittest.TestCase):
     def test_a_key_that_is_not_found(self):
         self.search({"file": 1})
         self.wrong("search does not find survey")
+        self.search({"survey": 0, "file": 1}, ["survey"])
+        self.wrong("search does not lead to the key survey.file")
 
 
 if __name__ == "__main__":
