@@ -60,6 +60,30 @@ class CorrectedCodes(unittest.TestCase):
                 self.assertEqual(code, 65, said)
                 self.assertIn(message, said)
 
+    def test_orders_are_made_of_normals(self):
+        config = SOURCE / "configs/smoke/corrected_codes_orders.toml"
+        code, said, _ = run(config, "--set", "draw.turn = true")
+        self.assertEqual(code, 65, said)
+        self.assertIn("draw.turn draws a uniform angle", said)
+
+    def test_at_a_tenth_of_all_errors_the_orders_agree(self):
+        """Second order to 1e-3 with first, the profile to 1e-4 with second; first order is that of the claims but for its
+        derivatives of minimum curvature."""
+        config = SOURCE / "configs/smoke/corrected_codes_orders.toml"
+        code, said, tables = run(config, "--set", "draw.scale = 0.1", "--set", "trials = 0", "--set",
+                                 'sweep.correction.kind = ["none", "msa", "msa3", "axial"]')
+        self.assertEqual(code, 0, said)
+        rows, claims = tables["orders"], tables["claims"]
+        self.assertEqual(len(rows["quantity"]), 4 * 4)
+        predicted = {(claims["correction"][i], q): claims["predicted"][i] for i, q in enumerate(claims["quantity"])}
+        for i, quantity in enumerate(rows["quantity"]):
+            with self.subTest(correction=rows["correction"][i], quantity=quantity):
+                self.assertEqual(rows["order"][i], "first")
+                self.assertLess(abs(rows["sd_second"][i] / rows["sd_first"][i] - 1), 1e-3)
+                self.assertLess(abs(rows["sd_profile"][i] / rows["sd_second"][i] - 1), 1e-4)
+                if (key := (rows["correction"][i], quantity)) in predicted:
+                    self.assertLess(abs(rows["sd_first"][i] / predicted[key] - 1), 0.01)
+
     def test_a_tenth_of_all_errors(self):
         """Where errors are small Monte Carlo is first order; nightly to 1 %."""
         code, said, tables = run(CONFIGS / "tenth_of_errors.toml", "--trials", "4096")

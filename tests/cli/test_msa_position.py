@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """End-to-end tests of msa_position: test_msa_position.py SURVEYMC_EXECUTABLE SOURCE_FOLDER [unittest arguments]"""
+import json
 import sys
 import unittest
 from pathlib import Path
@@ -60,6 +61,17 @@ class MsaPosition(Case):
             with self.subTest(quantity=h):
                 self.assert_close(hanak[f"sigma3_{h}"])
                 self.assertLess(abs(hanak[f"sigma3_{h}"][0] / ours[f"sigma3_{p}"][0] - 1), 0.01)
+
+    def test_orders_beyond_first_need_normals_and_a_fit_of_the_field(self):
+        for study, key, value, says in [("msa_orders", "noise.law", "uniform", "are made of normals"),
+                                        ("msa_benefit_orders", "noise.law", "uniform", "are made of normals"),
+                                        ("msa_orders", "estimator.name", "wls", "does not fit (Bh, Bv)"),
+                                        ("msa_orders", "prediction.orders", ["third"], "must be a list of"),
+                                        ("msa_benefit_orders", "prediction.nodes", 7, "must be 5, 9, 13")]:
+            with self.subTest(study=study, key=key):
+                config = Path(test_cli.SOURCE) / f"configs/smoke/{study}.toml"
+                done = self.call("check", config, "--set", f"{key} = {json.dumps(value)}", code=65)
+                self.assertIn(says, done.stderr)
 
     def test_priors_that_pull_shift_the_reference_too(self):
         rows = self.rows("parameters", PULLED.format(estimator="msa_joint"))
