@@ -3,9 +3,9 @@
 
     check_docs.py SURVEYMC [PAGE ...] [--full] [--sample N] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
 
-A page is one of docs/studies/, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these). Its
-numbers are tied to commands by a file that no reader of the page sees: docs/claims/NAME.toml for docs/FOLDER/NAME.md, and
-docs/claims/README.toml for README.md.
+A page is README.md, one of docs/studies/, or any other Markdown file (default: these, and all pages of docs/ that have claims).
+Its numbers are tied to commands by a file that no reader of the page sees: docs/claims/NAME.toml for docs/NAME.md,
+docs/FOLDER/NAME.md or README.md.
 
     [[numbers]]
     section = "Table 5"                         # heading of the section that quotes them, as the page has it
@@ -68,7 +68,8 @@ import numpy as np
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "scripts"))
 from surveymc import storage, streams  # noqa: E402
-PAGES = [*sorted((SOURCE / "docs/studies").glob("*.md")), SOURCE / "README.md", SOURCE / "docs/tutorials/own_well.md"]
+PAGES = [*sorted((SOURCE / "docs/studies").glob("*.md")), SOURCE / "README.md",
+         *sorted(page for page in (SOURCE / "docs").glob("*.md") if (SOURCE / f"docs/claims/{page.stem}.toml").exists())]
 ALL_TIED = "studies"  # the folder of pages whose commands all need numbers
 TOGETHER = 0.99  # probability that all numbers of the pages of a folder are within their intervals
 
@@ -362,9 +363,9 @@ def sections(text):
 
 
 def claims_file(page):
-    """docs/claims/NAME.toml of docs/FOLDER/NAME.md; of README.md, which is no page of a folder, docs/claims/README.toml."""
-    folder = page.parent / "docs" if page.name == "README.md" else page.parent.parent
-    return folder / "claims" / f"{page.stem}.toml"
+    """docs/claims/NAME.toml of docs/NAME.md and docs/FOLDER/NAME.md, and of README.md."""
+    near = page.parent / "docs" if page.name == "README.md" else page.parent
+    return (near if (near / "claims").is_dir() else near.parent) / "claims" / f"{page.stem}.toml"
 
 
 def heading_of(section):

@@ -21,6 +21,8 @@ for text, pattern in zip(package, (r'^version = "([^"]+)"', r'^__version__ = "([
 notes = (source / "docs/release-notes.md").read_text()
 named = re.match(r"# Release notes: surveymc ([\d.]+)\n", notes)[1]
 assert named == version, f"docs/release-notes.md is of {named}, CMakeLists.txt of {version}"
+numerics = re.search(r"kNumericsVersion = (\d+);", (source / "lib/base/numerics.h").read_text())[1]
+assert re.search(r"^- (\d+):", (source / "docs/numerics.md").read_text(), re.M)[1] == numerics, f"docs/numerics.md does not begin with {numerics}"
 assert len(notes.splitlines()) <= 80, "docs/release-notes.md: more than a page"
 page = (source / "docs/guarantees.md").read_text()
 kept = re.search(r"^## Past faults.*", page, re.M | re.S)[0]
