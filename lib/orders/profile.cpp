@@ -147,6 +147,7 @@ Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& 
   ExpansionParts parts;
   parts.directions = p.direction;
   std::vector<Node> nodes, every_other;
+  Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();  // of the rest, at the middle node, which is the centre
   for (const double t : even_grid(kNodeReach, options.nodes)) {
     const auto nearest = std::min_element(found.begin(), found.end(), [&](Eigen::Index a, Eigen::Index b) {
       return std::abs(grid[static_cast<std::size_t>(a)] - t) < std::abs(grid[static_cast<std::size_t>(b)] - t);
@@ -154,8 +155,12 @@ Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& 
     if (nearest == found.end()) break;
     const Eigen::VectorXd state =
         path.states.rows() > 0 ? Eigen::VectorXd(path.states.col(*nearest)) : Eigen::VectorXd();
-    nodes.push_back(node_at(t, chain.expand(t * p.direction, state, parts), p.direction));
+    Expansion at = chain.expand(t * p.direction, state, parts);
+    nodes.push_back(node_at(t, at, p.direction));
     if (nodes.size() % 2 == 1) every_other.push_back(nodes.back());
+    if (t != 0) continue;
+    at.squares = e.squares;
+    curvature = squares_of_rest(at, p.direction);
   }
   const std::size_t all = nodes.size();
   nodes = without_wild(nodes);
@@ -163,9 +168,6 @@ Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& 
   p.nodes_left_out = static_cast<int>(all - nodes.size());
   if (nodes.empty() || every_other.empty()) return p;
 
-  Expansion at_centre = chain.expand(Eigen::VectorXd::Zero(d), centre.state, parts);
-  at_centre.squares = e.squares;
-  const Eigen::Matrix3d curvature = squares_of_rest(at_centre, p.direction);
   p.mixture = mixture_of(p, nodes, curvature);
   p.coarse = mixture_of(p, every_other, curvature);
   return p;

@@ -1,7 +1,10 @@
 /// What is done once a block of trials, or once a study point.
+#include "analysis/msa_chain.h"
 #include "analysis/msa_prediction.h"
 #include "bench_setup.h"
 #include "estimate/sensitivity.h"
+#include "orders/profile.h"
+#include "orders/second.h"
 #include "stats/moments.h"
 
 namespace surveymc::bench {
@@ -34,6 +37,26 @@ void prediction(benchmark::State& state) {
              [&] { return analysis::predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}); });
 }
 BENCHMARK(prediction)->Name("predict_msa")->Arg(Setup::kThesis)->Arg(1000);
+
+/// Positions beyond first order, with a reference that is wrong once a run. Items: one prediction.
+void orders_of(benchmark::State& state, bool second, bool profile) {
+  const Setup s(static_cast<int>(state.range(0)));
+  sensor::NoiseModel noise = s.noise;
+  noise.reference = sensor::ReferenceNoise::per_run;
+  noise.reference_total = 107;
+  noise.reference_dip = 0.16 * kDegree;
+  const analysis::MsaChain chain({s.survey, s.field, s.clean, noise, {}}, {});
+  orders::ExpansionParts parts;
+  parts.squares = second || profile;
+  time_calls(state, 1, [&] {
+    const orders::Centre centre = orders::centre_of(chain, parts);
+    if (profile) return orders::moments_of(orders::profile(chain, centre).mixture);
+    return second ? orders::second_order(chain, centre) : orders::first_order(centre);
+  });
+}
+BENCHMARK_CAPTURE(orders_of, first, false, false)->Arg(Setup::kThesis);
+BENCHMARK_CAPTURE(orders_of, second, true, false)->Arg(Setup::kThesis);
+BENCHMARK_CAPTURE(orders_of, profile, false, true)->Arg(Setup::kThesis);
 
 }  // namespace
 }  // namespace surveymc::bench
