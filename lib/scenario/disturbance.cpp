@@ -44,15 +44,16 @@ Eigen::Matrix3d read_waves(config::ConfigReader& c, const std::array<const char*
 }
 
 std::shared_ptr<const disturbance::Series> read_series(config::ConfigReader& c) {
-  disturbance::Series s = config::observatory_series(
-      c.file("disturbance.file",
-             "of 'series': minutes of an observatory in IAGA-2002 (XYZ, HEZ or HDZ), or CSV with the columns time (ISO "
-             "8601), x_nT, y_nT and z_nT; at equal steps, without gaps"));
+  // Before the file: `surveymc keys` has none, and asks no further where it is missing.
   const std::string level =
       c.choice("disturbance.quiet_level", {"mean", "daily"},
                "what is taken off the series: 'mean': its mean; 'daily': the mean of each minute of the day over its "
                "days, the regular daily variation",
                "mean");
+  disturbance::Series s = config::observatory_series(
+      c.file("disturbance.file",
+             "of 'series': minutes of an observatory in IAGA-2002 (XYZ, HEZ or HDZ), or CSV with the columns time (ISO "
+             "8601), x_nT, y_nT and z_nT; at equal steps, without gaps"));
   const double per_day = 86400 / s.step;
   if (level == "daily")
     c.require(std::abs(per_day - std::round(per_day)) < 1e-9 && static_cast<double>(s.field.cols()) >= 2 * per_day,
