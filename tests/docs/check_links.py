@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Links that lead nowhere.
 
-    check_links.py SOURCE         README and docs/**/*.md: relative links, anchors, figures, and every path of
+    check_links.py SOURCE         README, CONTRIBUTING and docs/**/*.md: relative links, anchors, figures, and every path of
                                   the project that a page names in backquotes
     check_links.py --html FOLDER  the built site: every local href and src; nothing from the network; every page within three
                                   clicks of the first one; the search knows every key
@@ -43,7 +43,7 @@ def named_paths(text):
 
 def check_pages(source):
     bad, links = [], 0
-    pages = [source / "README.md", *sorted(source.glob("docs/**/*.md"))]
+    pages = [source / "README.md", source / "CONTRIBUTING.md", *sorted(source.glob("docs/**/*.md"))]
     for page in pages:
         text, here = page.read_text(), page.relative_to(source)
         for target in re.findall(r"\]\(([^)\s]+)\)", without_code(text)):
