@@ -24,7 +24,7 @@ LAYERS = ["base simd", "earth survey random disturbance stats error_model orders
           "analysis proximity montecarlo config store render checkpoint mpi", "compare scenario", "study", "events sweep", "cli"]
 OWNER = {"toml++/": "config", "hdf5": "store", "H5": "store", "omp.h": "montecarlo", "mpi.h": "mpi",
          "nlopt": "estimate chained", "Random123/": "random", "GeographicLib/": "earth", "CLI/": "cli"}
-WITHIN_LAYER = {("simd", "base"), ("disturbance", "survey"), ("disturbance", "random"), ("orders", "stats"), ("multistation", "estimate"), ("single_station", "estimate"), ("chained", "estimate"), ("checkpoint", "montecarlo"),
+WITHIN_LAYER = {("simd", "base"), ("disturbance", "survey"), ("disturbance", "random"), ("stats", "random"), ("orders", "stats"), ("multistation", "estimate"), ("single_station", "estimate"), ("chained", "estimate"), ("checkpoint", "montecarlo"),
                 ("checkpoint", "config"), ("checkpoint", "store"), ("render", "store"), ("mpi", "montecarlo"), ("scenario", "compare")}
 
 
