@@ -12,6 +12,7 @@
 #include "compare/trial_plan.h"
 #include "config/meanings.h"
 #include "scenario/input_remarks.h"
+#include "scenario/reference_laws.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 
@@ -141,7 +142,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   read_reported(c, s);
   read_published_values(c, s);
   scenario::scale_models(c, s);
+  s.laws = scenario::read_reference_laws(c, {.sizes = false});
   read_drawing(c, s);
+  c.require(!s.laws.any() || s.drawing.trials == 0, "trials", "draws normal errors: not together with reference_law");
   c.finish();
   return s;
 }

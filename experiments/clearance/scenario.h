@@ -10,6 +10,7 @@
 #include "config/config.h"
 #include "propagate/well_errors.h"
 #include "proximity/pair_scan.h"
+#include "random/reference_laws.h"
 #include "random/study_id.h"
 #include "scenario/well_pairs.h"
 #include "survey/reference_field.h"
@@ -48,6 +49,7 @@ struct Scenario : scenario::WellPairs {
   std::vector<double> report_md;  ///< of the reference, m
   std::vector<Published> published;
   Drawing drawing;
+  random::ReferenceLaws laws;
 };
 
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

@@ -7,6 +7,8 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "proximity/heavy_separation.h"
+#include "stats/normal_tail.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::clearance {
@@ -50,8 +52,10 @@ Tables::Tables(const Scenario& scenario)
              fmt::format("the least separation factor, distance and Mahalanobis distance of each pair of wells; "
                          "kept: separation factor at least 1, k = {:g}, S_m = {:g} m, sigma_pa = {:g} m",
                          scenario.rule.scale_factor, scenario.rule.surface_margin, scenario.rule.project_ahead)),
-      covariance_("relative_covariance",
-                  "covariances at the least separation factor and at the depths of report_md_m") {}
+      covariance_("relative_covariance", "covariances at the least separation factor and at the depths of report_md_m"),
+      tails_("tails",
+             "what the separation rule's k stands for with the laws of the reference, at the least separation factor") {
+}
 
 void Tables::add(const Pair& pair) {
   for (const ScanDirection direction : s_.directions) {
@@ -155,8 +159,41 @@ void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vec
                                               : "kept");
       if (of == LeastOf::separation_factor && is_found && direction == ScanDirection::reference)
         add_covariance(pair, errors, "least separation factor", x.pair);
+      if (s_.laws.any() && of == LeastOf::separation_factor && is_found && direction == ScanDirection::reference)
+        add_tail(pair, errors, x.pair);
     }
   }
+}
+
+void Tables::add_tail(const Pair& pair, const PairErrors& errors, const PairPoints& p) {
+  const PairClearance c = proximity::clearance_of(pair.geometry, errors, p, false);
+  const double sd = std::hypot(c.sd_relative, s_.rule.project_ahead);
+  write_tail(pair.offset->name, errors.formulation, p, sd, c.separation_factor,
+             proximity::heavy_parts(errors, s_.laws, p, sd));
+}
+
+void Tables::write_tail(const std::string& offset, const std::string& formulation, const PairPoints& p, double sd,
+                        double factor, const std::vector<stats::HeavyPart>& parts) {
+  compare::TableRows& t = tails_;
+  double share = 0;
+  for (const stats::HeavyPart& part : parts) share += part.weight * part.weight;
+  const double k = s_.rule.scale_factor, normal = stats::normal_upper_tail(k),
+               probability = stats::beyond(parts, {k})[0] / 2, same = stats::quantile_beyond(parts, 2 * normal),
+               same_factor = factor * k / same;
+  write_wells(t, offset, formulation);
+  t.number("ref_md_m", "m", "measured depth on the reference", p.reference.md);
+  t.number("distance_m", "m", "centre to centre", p.distance);
+  t.number("sd_m", "m", "sqrt(sd_relative^2 + sigma_pa^2)", sd);
+  t.number("heavy_share", "1", "share of its variance that is not normal", share);
+  t.number("k", "1", "of the separation rule", k);
+  t.number("normal", "1", "probability of an error beyond k sd towards the other well, of a normal distribution",
+           normal);
+  t.number("probability", "1", "the same with the laws: what a separation factor of 1 stands for", probability);
+  t.number("k_same_risk", "1", "k at which that probability is the normal's", same);
+  t.number("separation_factor", "1", "of the rule", factor);
+  t.number("factor_same_risk", "1", "the same with k_same_risk", same_factor);
+  t.word("rule", "kept or broken", factor < 1 ? "broken" : "kept");
+  t.word("rule_same_risk", "kept or broken, with k_same_risk", same_factor < 1 ? "broken" : "kept");
 }
 
 void Tables::add_covariance(const Pair& pair, const PairErrors& errors, const std::string& where, const PairPoints& p) {
@@ -230,6 +267,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
   out.push_back(least_.take());
   if (s_.with_rows) out.push_back(clearance_.take());
   out.push_back(covariance_.take([&] { write_covariance("", "", "", {}, "", Matrix3d::Zero()); }));
+  if (s_.laws.any()) out.push_back(tails_.take([&] { write_tail("", "", {}, 0, 0, {}); }));
   out.push_back(parameters_table());
   if (s_.with_rows) out.push_back(scenario::paths_table(s_));
   compare::TableRows published("published", "published figures; agrees: within the tolerance");

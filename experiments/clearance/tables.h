@@ -4,6 +4,7 @@
 
 #include "clearance/scenario.h"
 #include "compare/table_rows.h"
+#include "stats/heavy_tail.h"
 #include "store/table.h"
 
 namespace surveymc::studies::clearance {
@@ -33,6 +34,9 @@ class Tables {
                  const std::vector<proximity::PairPoints>& stations, const std::vector<proximity::PairPoints>& samples);
   void add_covariance(const Pair& pair, const proximity::PairErrors& errors, const std::string& where,
                       const proximity::PairPoints& points);
+  void add_tail(const Pair& pair, const proximity::PairErrors& errors, const proximity::PairPoints& points);
+  void write_tail(const std::string& offset, const std::string& formulation, const proximity::PairPoints& points,
+                  double sd, double factor, const std::vector<stats::HeavyPart>& parts);
   void add_published(const Pair& pair);
   void add_warnings(const Well& well, const std::vector<propagate::NonFiniteTerm>& non_finite);
   void write_covariance(const std::string& offset, const std::string& formulation, const std::string& where,
@@ -40,7 +44,7 @@ class Tables {
   store::Table parameters_table() const;
 
   const Scenario& s_;
-  compare::TableRows clearance_, least_, covariance_;
+  compare::TableRows clearance_, least_, covariance_, tails_;
   std::vector<PublishedRow> published_;
   std::vector<compare::Warning> warnings_;
 };

@@ -24,6 +24,9 @@ class CorrectedRuns {
   CorrectedRuns(const analysis::CodeCase& which, const survey::Survey& well, const survey::ReferenceField& field,
                 const analysis::CodeComparison& comparison);
 
+  /// Draws the reference by these laws, but not where the normals of a run are given (chain).
+  void set_laws(const random::ReferenceLaws& laws) { sensor::set_mixing(setup_, laws, laws.global, laws.random); }
+  const sensor::DisturbedRunSetup& setup() const { return setup_; }
   int stations() const { return setup_.stations(); }
   const Eigen::Vector3d& position() const { return position_; }  ///< the true one of the last station
   /// Trials first, first + 1, ...

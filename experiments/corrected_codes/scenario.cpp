@@ -10,6 +10,7 @@
 #include "corrected_codes/study.h"
 #include "scenario/error_models.h"
 #include "scenario/reference_field.h"
+#include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
 #include "scenario/well_design.h"
 
@@ -131,6 +132,23 @@ void read_well(config::ConfigReader& c, Scenario& s) {
     turn_tool(*s.well, toolface == "even" ? even : toolface == "random" ? random : constant, s.seed);
 }
 
+/// Laws of what is drawn of the reference, and the sd that follow from its sizes.
+void read_laws(config::ConfigReader& c, Scenario& s) {
+  s.laws = scenario::read_reference_laws(c, {.terms = false});
+  c.require(s.laws.global == s.laws.well, "reference_law.modes",
+            "errors of G and W are one draw here: give both or none of them");
+  if (s.well && s.latitude_deg.empty()) s.tails = compare::read_tail_rule(c, s.laws);
+  using Element = random::ReferenceElement;
+  const auto resize = [&](propagate::CodeDraws::Reference& r) {
+    r.declination *= s.laws.of(Element::declination).sd;
+    r.east *= s.laws.of(Element::declination).sd;
+    r.dip *= s.laws.of(Element::dip).sd;
+    r.total *= s.laws.of(Element::total).sd;
+  };
+  if (s.laws.global) resize(s.which.draws.run);
+  if (s.laws.random) resize(s.which.draws.station);
+}
+
 template <class Value, std::size_t N>
 std::vector<Value> read_words(config::ConfigReader& c, const std::string& key, std::string_view meaning,
                               const std::array<const char*, N>& words, const std::vector<Value>& fallback) {
@@ -197,6 +215,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.which.correction = read_correction(c, assumed, s.field, s.correction);
   read_well(c, s);
+  read_laws(c, s);
   if (!s.latitude_deg.empty()) {
     c.require(s.design.has_value(), "map.latitude_deg", "needs a made-up well: give well.kind");
     c.require(!c.has("map.inclination_deg"), "map.latitude_deg",
@@ -225,6 +244,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
        CodeQuantity::azimuth});
   s.margin = c.number("compare.margin", config::Range::closed(0, 10), "a ratio up to 1 + margin holds", 0.05);
   s.orders = scenario::read_prediction_orders(c);
+  c.require(!s.orders.any() || !s.laws.any(), "prediction.orders",
+            "are of normal errors: not together with reference_law");
   c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
             "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");
   s.verdict = compare::read_verdict_rule(c);

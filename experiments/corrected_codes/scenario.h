@@ -7,6 +7,7 @@
 #include "analysis/code_comparison.h"
 #include "analysis/well_design.h"
 #include "compare/annotations.h"
+#include "compare/tails.h"
 #include "compare/verdict.h"
 #include "random/study_id.h"
 #include "scenario/prediction_orders.h"
@@ -30,6 +31,8 @@ struct Scenario {
   std::vector<analysis::CodeQuantity> quantities;
   scenario::PredictionOrders orders;  ///< of the last position
   double margin = 0.05;               ///< a ratio up to 1 + margin holds
+  random::ReferenceLaws laws;
+  compare::TailRule tails;
   compare::VerdictRule verdict;
   compare::Annotations annotations;
 

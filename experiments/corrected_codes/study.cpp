@@ -23,8 +23,7 @@ using analysis::CodeScope;
 
 namespace {
 
-constexpr int kBatch = 64;         // trials: their readings stay in the cache
-constexpr std::size_t kTails = 2;  // beyond two and three claimed sd
+constexpr int kBatch = 64;  // trials: their readings stay in the cache
 constexpr std::array<double, kTails> kBeyond{2, 3};
 constexpr double kMostLost = 0.01;  // share of the trials without a solution
 
@@ -35,6 +34,16 @@ struct CorrectedCodesPoint::Errors {
   Eigen::MatrixXd position, before, after;
   std::vector<bool> converged, ambiguous;
 };
+
+namespace {
+
+std::vector<std::string> tail_names() {
+  std::vector<std::string> names;
+  for (const CodeQuantity q : kPositions) names.emplace_back(analysis::kCodeQuantities[static_cast<std::size_t>(q)]);
+  return names;
+}
+
+}  // namespace
 
 std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeComparison* c,
                                   const orders::Predictions* orders) {
@@ -56,7 +65,11 @@ std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeCompari
   };
   for (std::size_t i = 0; i < kPositionCount; ++i) add(kPositions[i], static_cast<int>(kPositionCount + i));
   add(CodeQuantity::azimuth, -1);
-  if (!s.orders.any()) return rows;
+  const std::vector<compare::Row> tails = compare::tail_rows(tail_names(), s.tails);
+  if (!s.orders.any()) {
+    rows.insert(rows.end(), tails.begin(), tails.end());
+    return rows;
+  }
   for (compare::Row& row : rows) row.formulation = "first";
   for (const std::string& name : s.orders.names) {
     if (name == "first") continue;
@@ -73,6 +86,7 @@ std::vector<compare::Row> rows_of(const Scenario& s, const analysis::CodeCompari
       rows.push_back(row);
     }
   }
+  rows.insert(rows.end(), tails.begin(), tails.end());
   return rows;
 }
 
@@ -92,7 +106,10 @@ Judged judge(const Claim& c, double margin) {
 CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scenario)) {
   if (!s_.well || !s_.latitude_deg.empty()) return;  // a map over places has many fields
   comparison_ = analysis::compare_code(*s_.well, s_.field, s_.which, s_.wants(CodeScope::total));
-  if (s_.trials > 0 || s_.orders.any()) runs_.emplace(s_.which, *s_.well, s_.field, *comparison_);
+  if (s_.trials > 0 || s_.orders.any()) {
+    runs_.emplace(s_.which, *s_.well, s_.field, *comparison_);
+    runs_->set_laws(s_.laws);
+  }
   if (s_.orders.any() && comparison_->after.determined)
     orders_ = orders::predict(runs_->chain(), s_.orders.wanted, orders::first_order_directions);
   rows_ = rows_of(s_, &*comparison_, orders_ ? &*orders_ : nullptr);
@@ -102,6 +119,43 @@ CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scena
   }
   for (std::size_t k = 1; k < comparison_->magnetic.azimuth.size(); ++k)
     claimed_azimuth_.push_back(std::sqrt(comparison_->magnetic.azimuth[k]));
+  predict_tails();
+}
+
+void CorrectedCodesPoint::predict_tails() {
+  const analysis::CorrectedErrors& after = comparison_->after;
+  for (std::size_t e = 0; e < 3; ++e)
+    if (s_.laws.elements[e].law && s_.laws.global) law_elements_.push_back(e);
+  if (!s_.tails.wanted) return;
+  // Shares V as the draws do: of one time one slot an element, or one for all.
+  const auto add = [&](const std::array<Eigen::Vector3d, 3>& effects, const Eigen::RowVector3d& u, double sd,
+                       std::vector<stats::HeavyPart>& parts) {
+    double all = 0;
+    std::shared_ptr<const random::MixingLaw> shared;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto& law = s_.laws.elements[e].law;
+      const double x = u * effects[e];
+      if (!law || x == 0) continue;
+      if (s_.laws.shared_mixing) {
+        all += x * x;
+        shared = law;
+      } else {
+        parts.push_back({law, x / sd});
+      }
+    }
+    if (shared) parts.push_back({shared, std::sqrt(all) / sd});
+  };
+  for (std::size_t i = 0; i < kPositionCount; ++i) {
+    compare::TailQuantity q;
+    q.name = analysis::kCodeQuantities[static_cast<std::size_t>(kPositions[i])];
+    if (after.determined) {
+      q.sd = std::sqrt(directions_[i] * after.covariance() * directions_[i].transpose());
+      if (s_.laws.global) add(after.run_reference, directions_[i], q.sd, q.parts);
+      for (const auto& station : after.station_reference)
+        if (s_.laws.random) add(station, directions_[i], q.sd, q.parts);
+    }
+    tails_.push_back(q);
+  }
 }
 
 CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, int count) const {
@@ -166,7 +220,33 @@ stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const 
     outside(after.col(k), claimed_azimuth_[static_cast<std::size_t>(k)]);
   }
   tally.counts.push_back(ambiguous);
+  if (s_.tails.wanted) {
+    tally.counts.resize(tail_counts() + kPositionCount * s_.tails.k.size());
+    for (std::size_t i = 0; i < kPositionCount; ++i)
+      for (Eigen::Index t = 0; t < kept; ++t)
+        compare::count_beyond(position(t, static_cast<Eigen::Index>(kPositionCount + i)), tails_[i].sd, s_.tails,
+                              tally.counts.data() + tail_counts() + i * s_.tails.k.size());
+  }
+  add_laws(block, tally);
   return tally;
+}
+
+void CorrectedCodesPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
+  constexpr std::array<std::uint32_t, 3> kDraws{15, 14, 13};  // of Channel::disturbed_run
+  const int groups = survey::groups_for(block.count);
+  const random::Stream stream = random::stream_of(s_.seed);
+  std::vector<std::vector<double>> draws;
+  for (const std::size_t e : law_elements_) {
+    survey::LaneArray v(groups, 2);
+    random::draw_mixing(stream, {runs_->setup().slots[static_cast<std::size_t>(runs_->setup().slot_of[e])]},
+                        block.first, false, groups, v.row(0, 0), v.group_stride());
+    draws.emplace_back();
+    for (int t = 0; t < block.count; ++t)
+      draws.back().push_back(v.value(t, 0) * stream.normal(block.first + static_cast<std::uint64_t>(t),
+                                                           random::Channel::disturbed_run, kDraws[e]) +
+                             v.value(t, 1));
+  }
+  compare::DrawnLaws::add(draws, tally);
 }
 
 std::vector<Claim> CorrectedCodesPoint::claims_of(const stats::Tally& tally) const {
@@ -265,7 +345,9 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
   if (comparison_) {
     std::vector<compare::ComparisonRow> rows = compare::compare_rows(
         rows_, "prediction", s_.verdict, tally.trials, [&](const compare::Row& row) -> stats::SampleSummary {
-          const stats::Moments& m = row.component < 0 && tally.trials > 0 ? tally.groups.back() : tally.moments;
+          const stats::Moments& m = row.component < 0 && tally.trials > 0
+                                        ? tally.groups[static_cast<std::size_t>(runs_->stations()) - 1]
+                                        : tally.moments;
           return m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, row.component < 0 ? 1 : row.component);
         });
     if (tally.trials == 0)
@@ -278,6 +360,17 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
                                   "sd of what is left over sd that the code claims: Monte Carlo against first order" +
                                       compare::at_confidence(s_.verdict),
                                   rows, tally.trials, tally.failed));
+    const bool drawn = tally.trials > 0;
+    if (s_.tails.wanted) {
+      r.tables.push_back(compare::tails_table(tails_, s_.tails, drawn ? tally.counts.data() + tail_counts() : nullptr,
+                                              tally.trials - tally.failed, s_.verdict, s_.annotations, tally.trials,
+                                              tally.failed));
+      r.tables.push_back(compare::laws_table(
+          s_.laws, drawn && !law_elements_.empty() ? &tally.groups.back() : nullptr,
+          drawn && !law_elements_.empty() ? tally.counts.data() + tail_counts() + kPositionCount * s_.tails.k.size()
+                                          : nullptr,
+          s_.verdict.confidence));
+    }
     r.tables.push_back(budget_table(s_, *comparison_));
     r.tables.push_back(requirement_table(s_, *comparison_));
     if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));

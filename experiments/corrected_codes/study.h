@@ -17,6 +17,7 @@ inline constexpr std::array<analysis::CodeQuantity, 5> kPositions{
     analysis::CodeQuantity::lateral, analysis::CodeQuantity::high_side, analysis::CodeQuantity::north,
     analysis::CodeQuantity::east, analysis::CodeQuantity::worst};
 inline constexpr std::size_t kPositionCount = kPositions.size();
+inline constexpr std::size_t kTails = 2;  ///< counted beyond two and three claimed sd
 
 /// The rows of table `prediction`: the ratio of what is there to what is claimed, by first order and by Monte Carlo.
 /// `comparison`: of the well; without it the rows have no predictions.
@@ -57,6 +58,12 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   Errors simulate(std::uint64_t first, int count) const;
   std::vector<Claim> claims_of(const stats::Tally& tally) const;
   store::Table orders_table(const stats::Tally& tally) const;
+  void predict_tails();
+  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
+  /// Where the counts of tails begin in a tally; those of the laws follow.
+  std::size_t tail_counts() const {
+    return kTails * (kPositionCount + static_cast<std::size_t>(runs_->stations())) + 1;
+  }
 
   Scenario s_;
   std::optional<analysis::CodeComparison> comparison_;  ///< of the well
@@ -65,6 +72,8 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   std::optional<orders::Predictions> orders_;  ///< none where the correction is not determined
   std::array<Eigen::RowVector3d, kPositionCount> directions_;
   std::array<double, kPositionCount> claimed_{};  ///< sd along each of them, scope magnetic, m
+  std::vector<compare::TailQuantity> tails_;      ///< of kPositions after the correction
+  std::vector<std::size_t> law_elements_;         ///< elements of the run with a law
   std::vector<double> claimed_azimuth_;           ///< sd of sinI dA at each measured station, rad
 };
 

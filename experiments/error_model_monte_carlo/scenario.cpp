@@ -13,6 +13,7 @@
 #include "propagate/disturbed_errors.h"
 #include "propagate/source_moments.h"
 #include "scenario/disturbance.h"
+#include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
@@ -108,8 +109,10 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   s.listed = words;
 }
 
-std::vector<std::string> read_formulations(config::ConfigReader& c) {
+/// `laws`: the predictions beyond first order are of normal errors.
+std::vector<std::string> read_formulations(config::ConfigReader& c, bool laws) {
   if (!c.has("formulations")) {
+    if (laws) return {"iscwsa", "minimum_curvature"};
     return {"iscwsa", "minimum_curvature", "second"};
   }
   const std::vector<std::string> out =
@@ -118,6 +121,8 @@ std::vector<std::string> read_formulations(config::ConfigReader& c) {
     c.require(std::find(kFormulations.begin(), kFormulations.end(), f) != kFormulations.end(), "formulations",
               fmt::format("\"{}\": must be of \"{}\"", f, fmt::join(kFormulations, "\", \"")));
     c.require(std::count(out.begin(), out.end(), f) == 1, "formulations", fmt::format("\"{}\" is there twice", f));
+    c.require(!laws || f == "iscwsa" || f == "minimum_curvature", "formulations",
+              fmt::format("\"{}\" is of normal errors: not together with reference_law", f));
   }
   return out;
 }
@@ -157,7 +162,13 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                    ? propagate::VerticalRule::tilt
                    : propagate::VerticalRule::azimuth;
   read_sources(c, s);
-  s.formulations = read_formulations(c);
+  s.laws = scenario::read_reference_laws(c, {});
+  c.require(!s.laws.any() || s.samples(), "errors.sources",
+            "\"quadrature\" is of normal errors: not together with reference_law");
+  c.require(!s.disturbance || !s.laws.any() || !s.laws.random, "reference_law.modes",
+            "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R");
+  if (s.samples()) s.tails = compare::read_tail_rule(c, s.laws);
+  s.formulations = read_formulations(c, s.laws.any());
   s.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.antithetic || !s.disturbance || s.disturbance->symmetric(), "antithetic",
             "a disturbance of kind \"series\" or \"diurnal\" and its negative are not equally likely");

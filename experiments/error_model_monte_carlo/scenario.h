@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compare/annotations.h"
+#include "compare/tails.h"
 #include "compare/trial_plan.h"
 #include "compare/verdict.h"
 #include "disturbance/station_disturbance.h"
@@ -39,6 +40,8 @@ struct Scenario {
   Sources sources = Sources::total;
   std::vector<std::string> listed;  ///< codes, with Sources::listed
   std::vector<std::string> formulations;
+  random::ReferenceLaws laws;
+  compare::TailRule tails;
   std::vector<double> report_md;  ///< m, rising
   compare::VerdictRule verdict;
   compare::Annotations annotations;

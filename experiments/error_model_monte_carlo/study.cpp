@@ -77,8 +77,11 @@ Formulation formulation_of(const std::string& name, const Matrix3d& covariance) 
 ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
     : s_(std::move(scenario)),
       stream_(random::stream_of(s_.seed)),
-      errors_(
-          propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
+      errors_(propagate::resized(
+          propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical),
+          s_.laws)),
+      places_(propagate::draw_places(errors_)),
+      mixing_(propagate::well_mixing(errors_, s_.laws, places_)),
       independent_(errors_),
       stop_({}, s_.verdict, {}) {
   if (s_.disturbance) {
@@ -89,10 +92,12 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
   scenario::require_drawable(s_.model_place, errors_, propagate::point_at(s_.survey, s_.report_md.back()).station);
   predict();
   predict_sources();
+  predict_tails();
   plan_draws();
   const std::size_t controlled = quantities_.size(), depths = depths_.size();
-  stop_ = compare::VerdictStop(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
-                               {depths, depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
+  stop_ = compare::VerdictStop(
+      s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
+      {depths + (law_draws_.empty() ? 0 : 1), depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
 }
 
 void ErrorModelMonteCarlo::predict() {
@@ -137,6 +142,20 @@ void ErrorModelMonteCarlo::predict() {
     }
     depths_.push_back(std::move(d));
   }
+}
+
+void ErrorModelMonteCarlo::predict_tails() {
+  if (!s_.tails.wanted) return;
+  const propagate::WellMixing mixing =
+      propagate::well_mixing(independent_, s_.laws, propagate::draw_places(independent_));
+  for (Depth& d : depths_) d.tails = compare::well_tails(mixing, d.effects, d.hla);
+  for (std::size_t e = 0; e < s_.laws.elements.size(); ++e)
+    for (std::size_t i = 0; i < errors_.draws.size() && s_.laws.elements[e].law; ++i)
+      if (mixing_.slot_of_draw[i] >= 0 &&
+          errors_.sources[errors_.draws[i].source].element == static_cast<random::ReferenceElement>(e)) {
+        law_draws_.push_back(i);
+        break;
+      }
 }
 
 void ErrorModelMonteCarlo::predict_sources() {
@@ -214,11 +233,11 @@ void ErrorModelMonteCarlo::plan_draws() {
   if (!s_.samples()) return;
   std::vector<propagate::WellPoint> points;
   for (const Depth& d : depths_) points.push_back(d.point);
-  std::vector<propagate::DrawPlace> places = propagate::draw_places(errors_);
+  std::vector<propagate::DrawPlace> places = places_;
   for (std::uint32_t i = 0; disturbed_ && i < disturbed_->draws.size(); ++i)
     places[disturbed_->draws[i]] = {propagate::kGivenDraws, i};
   const auto add_well = [&](const propagate::WellErrors& errors, int source) {
-    Drawn w{propagate::drawn_well(errors, points, places, true), source, {}};
+    Drawn w{propagate::drawn_well(errors, points, places, true, mixing_), source, {}};
     for (const Depth& d : depths_)
       w.control.push_back(source < 0 ? propagate::covariance_of(d.effects)
                                      : source_covariance(static_cast<std::size_t>(source), d.point,
@@ -277,7 +296,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
   const int groups = survey::groups_for(block.count);
   stats::Tally tally;
   tally.trials = static_cast<std::uint64_t>(block.count);
-  tally.counts.assign(3 * s_.formulations.size() * depths_.size(), 0);
+  tally.counts.assign(law_counts(), 0);
   // Errors and controls of every drawn well: a trial a row, 3 columns a depth.
   std::vector<Eigen::MatrixXd> errors, controls;
   const std::optional<survey::LaneArray> made = made_draws(block.first, groups);
@@ -344,9 +363,35 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
     }
     tally.groups.push_back(stats::Moments::of(values));
     if (s_.antithetic) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_columns(values)));
+    for (std::size_t i = 0; i < depths_[d].tails.quantities.size(); ++i) {
+      const Eigen::VectorXd along = e * depths_[d].tails.directions.col(static_cast<Eigen::Index>(i));
+      // Both errors of an antithetic pair are as large: the first stands for both.
+      for (Eigen::Index t = 0; t < n; t += s_.antithetic ? 2 : 1)
+        compare::count_beyond(
+            along[t], depths_[d].tails.quantities[i].sd, s_.tails,
+            tally.counts.data() + tail_counts() + (d * compare::kWellDirections.size() + i) * s_.tails.k.size());
+    }
   }
+  add_laws(block, tally);
   stop_.keep(block, tally);
   return tally;
+}
+
+void ErrorModelMonteCarlo::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
+  const int groups = survey::groups_for(block.count), step = s_.antithetic ? 2 : 1;
+  std::vector<std::vector<double>> draws;
+  for (const std::size_t d : law_draws_) {
+    survey::LaneArray v(groups, 2);
+    random::draw_mixing(stream_, {mixing_.slots[static_cast<std::size_t>(mixing_.slot_of_draw[d])]}, block.first,
+                        s_.antithetic, groups, v.row(0, 0), v.group_stride());
+    draws.emplace_back();
+    for (int t = 0; t < block.count; t += step) {
+      const std::uint64_t trial = (block.first + static_cast<std::uint64_t>(t)) / static_cast<std::uint64_t>(step);
+      draws.back().push_back(v.value(t, 0) * stream_.normal(trial, places_[d].channel, places_[d].index) +
+                             v.value(t, 1));
+    }
+  }
+  compare::DrawnLaws::add(draws, tally);
 }
 
 std::uint64_t ErrorModelMonteCarlo::units(const stats::Tally& tally) const {
@@ -404,6 +449,13 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.samples()) r.tables = judged_tables(tally);
   if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
   if (s_.samples()) r.tables.push_back(ellipse_table(tally));
+  if (s_.tails.wanted) {
+    r.tables.push_back(tails_table(tally));
+    const bool drawn = tally.trials > 0 && !law_draws_.empty();
+    r.tables.push_back(compare::laws_table(s_.laws, drawn ? &tally.groups[depths_.size()] : nullptr,
+                                           drawn ? tally.counts.data() + law_counts() : nullptr,
+                                           s_.verdict.confidence));
+  }
   if (wanted_.profile) {
     r.tables.push_back(orders_table(tally));
     r.tables.push_back(order_coverage_table(tally));
@@ -427,14 +479,20 @@ std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
   const std::optional<survey::LaneArray> made = made_draws(first, 1);
   drawn_.front().well.draw(stream_, first, s_.antithetic, 1, out, made ? &*made : nullptr);
   const int lane = static_cast<int>(trial % simd::kGroup);
-  const auto places = propagate::draw_places(errors_);
   std::string text = fmt::format("trial {}\n", trial);
   for (std::size_t i = 0; i < errors_.station_draws; ++i) {
-    const double z = stream_.normal(s_.antithetic ? trial / 2 : trial, places[i].channel, places[i].index);
+    const std::uint64_t drawn = s_.antithetic ? trial / 2 : trial;
+    const double normal = stream_.normal(drawn, places_[i].channel, places_[i].index),
+                 sign = s_.antithetic && trial % 2 == 1 ? -1 : 1;
+    double z = sign * normal;
+    if (const int slot = mixing_.slot_of_draw[i]; slot >= 0) {
+      const random::MixingSlot& of = mixing_.slots[static_cast<std::size_t>(slot)];
+      const random::MixingLaw::Draw v = of.law->draw(stream_.normal(drawn, of.channel, of.index));
+      z = v.factor * z + v.shift;
+    }
     const propagate::ErrorDraw& d = errors_.draws[i];
     text += fmt::format("  {} ({}), from {:.10g} m on: {:.17g}\n", errors_.sources[d.source].code,
-                        error_model::mode_letter(errors_.sources[d.source].mode), s_.survey.stations[d.first].md,
-                        s_.antithetic && trial % 2 == 1 ? -z : z);
+                        error_model::mode_letter(errors_.sources[d.source].mode), s_.survey.stations[d.first].md, z);
   }
   text += fmt::format("  and {} draws of one station each\n", errors_.draws.size() - errors_.station_draws);
   constexpr std::array<const char*, 3> kNames{"north", "east", "vertical"};

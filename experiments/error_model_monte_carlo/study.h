@@ -37,6 +37,7 @@ struct Depth {
   Eigen::Matrix3Xd effects;  ///< of every draw, exact first order: the control
   std::vector<Formulation> formulations;
   orders::Predictions orders;  ///< those that are wanted
+  compare::WellTails tails;
 };
 
 /// A source at one depth, by one first-order formulation.
@@ -88,6 +89,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
 
   void predict();
   void predict_sources();
+  void predict_tails();
   void plan_draws();
   /// Draws of different stations are correlated.
   bool has_memory() const {
@@ -98,6 +100,12 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
                                     propagate::FirstOrder which) const;
   /// The draws of a disturbance, if there is one.
   std::optional<survey::LaneArray> made_draws(std::uint64_t first_trial, int groups) const;
+  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
+  /// Where the counts of tails begin in a tally, behind those of the ellipses; then those of the laws.
+  std::size_t tail_counts() const { return 3 * s_.formulations.size() * depths_.size(); }
+  std::size_t law_counts() const {
+    return tail_counts() + (s_.tails.wanted ? depths_.size() * compare::kWellDirections.size() * s_.tails.k.size() : 0);
+  }
   std::size_t add_quantity(std::size_t drawn, std::size_t depth, const Eigen::Vector3d& direction);
   Found found(const stats::Tally& tally, std::size_t quantity) const;
   stats::SampleSummary summary_of(const stats::Tally& tally, std::size_t depth, Eigen::Index column) const;
@@ -117,11 +125,16 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   store::Table order_coverage_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   store::Table additivity_table(const stats::Tally& tally) const;
+  store::Table tails_table(const stats::Tally& tally) const;
 
   Scenario s_;
   random::Stream stream_;
   propagate::WellErrors errors_;
   orders::WantedOrders wanted_;
+  std::vector<propagate::DrawPlace> places_;
+  propagate::WellMixing mixing_;
+  /// Of every element with a law: a draw that has it.
+  std::vector<std::size_t> law_draws_;
   std::optional<propagate::DisturbedDraws> disturbed_;  ///< draws of errors_ that a disturbance makes
   propagate::WellErrors independent_;                   ///< errors_ by independent draws: for predictions
   std::vector<Depth> depths_;

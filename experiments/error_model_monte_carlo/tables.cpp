@@ -92,6 +92,7 @@ std::vector<compare::Row> ErrorModelMonteCarlo::rows_of(const Scenario& s, const
       rows[r].predicted = r < judged;
     }
   }
+  for (compare::Row& row : compare::tail_rows(compare::kWellDirections, s.tails)) rows.push_back(std::move(row));
   return rows;
 }
 
@@ -318,6 +319,21 @@ store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) c
     for (const Formulation& f : depths_[d].formulations) row(f.name, f.covariance);
   }
   return t.take();
+}
+
+store::Table ErrorModelMonteCarlo::tails_table(const stats::Tally& tally) const {
+  store::Table all;
+  const std::uint64_t runs = units(tally);
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const std::uint64_t* counts = tally.counts.empty() ? nullptr
+                                                       : tally.counts.data() + tail_counts() +
+                                                             d * compare::kWellDirections.size() * s_.tails.k.size();
+    compare::append_at_depth(all,
+                             compare::tails_table(depths_[d].tails.quantities, s_.tails, counts, runs, s_.verdict,
+                                                  s_.annotations, tally.trials, tally.failed),
+                             depths_[d].md);
+  }
+  return all;
 }
 
 store::Table ErrorModelMonteCarlo::additivity_table(const stats::Tally& tally) const {

@@ -193,6 +193,8 @@ std::vector<compare::Row> rows_of(const Scenario& s, const Model* model) {
     row.available = has_position;
   }
 
+  for (compare::Row& row : compare::tail_rows(kTailNames, s.tails)) rows.push_back(std::move(row));
+
   const auto calibrate = [&](const char* formulation, const char* quantity, compare::Statistic statistic, int component,
                              double offset, double prediction) -> compare::Row& {
     compare::Row& row = add("calibration", formulation, quantity, "", statistic, component, prediction);

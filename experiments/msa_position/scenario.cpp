@@ -11,6 +11,7 @@
 #include "estimate/sensitivity.h"
 #include "msa_position/study.h"
 #include "scenario/drilling.h"
+#include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
 
 namespace surveymc::studies::msa_position {
@@ -24,6 +25,16 @@ void read_model(config::ConfigReader& c, Scenario& s) {
   s.errors = scenario::read_magnetometer_errors(c);
   s.spread = scenario::read_tool_spread(c);
   s.noise = scenario::read_noise(c);
+}
+
+/// Laws of the reference, and the sd that follow from its sizes.
+void read_laws(config::ConfigReader& c, Scenario& s) {
+  s.laws = scenario::read_reference_laws(c, {.declination = false, .modes = false, .terms = false});
+  c.require(!s.laws.any() || s.noise.reference != sensor::ReferenceNoise::none, "reference_law",
+            "is of a reference that is drawn: give noise.reference.per");
+  s.noise.reference_total *= s.laws.of(random::ReferenceElement::total).sd;
+  s.noise.reference_dip *= s.laws.of(random::ReferenceElement::dip).sd;
+  if (s.with_position) s.tails = compare::read_tail_rule(c, s.laws);
 }
 
 /// The rest of a config with `[[event]]`.
@@ -65,6 +76,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
       c.boolean("control_variate",
                 "tally the first-order prediction of every trial beside it, which makes intervals shorter", true);
   read_model(c, s);
+  read_laws(c, s);
   s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
@@ -78,11 +90,15 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.orders = scenario::read_msa_orders(c, s.noise, s.estimator.name);
   c.require(!s.orders.any() || s.with_position, "prediction.orders",
             "are predictions of the position, which \"outputs\" leaves out");
+  c.require(!s.laws.any() || !s.orders.any(), "prediction.orders",
+            "are of normal errors: not together with reference_law");
   s.verdict = compare::read_verdict_rule(c);
   const std::vector<compare::Row> rows = rows_of(s);
   s.calibration = compare::read_calibration(c, rows);
   compare::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
                                      s.errors);
+  c.require(!s.laws.any() || !s.calibration.on, "calibration",
+            "is of a claimed normal distribution: not together with reference_law");
   s.trial_plan = compare::read_trial_plan(c, rows, s.verdict);
   c.require(!s.noise.antithetic || s.trial_plan.trials % 2 == 0,
             s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",

@@ -6,6 +6,7 @@
 
 #include "compare/annotations.h"
 #include "compare/calibration.h"
+#include "compare/tails.h"
 #include "compare/trial_plan.h"
 #include "estimate/observability.h"
 #include "events/event_study.h"
@@ -39,6 +40,8 @@ struct Scenario {
   sensor::MagnetometerErrors errors;
   sensor::ToolSpread spread;
   sensor::NoiseModel noise;
+  random::ReferenceLaws laws;
+  compare::TailRule tails;
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
   scenario::PredictionOrders orders;

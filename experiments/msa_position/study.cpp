@@ -113,9 +113,11 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
               compare::RowsOfTables all;
               for (const ComparisonTable& table : kTables) all.push_back({table.name, rows_of_table(table.name, t)});
               return all;
-            }),
+            },
+            {.own_groups = s_.laws.any() ? 1u : 0u}),
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
+      mixing_(sensor::reference_mixing(s_.laws, s_.noise, s_.survey.size())),
       prediction_(std::move(model.prediction)),
       orders_(std::move(model.orders)),
       inputs_(std::move(model.inputs)),
@@ -130,6 +132,61 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
       parameter_weight_(model.parameter_weight),
       claimed_weight_(prediction_.claimed_covariance.topLeftCorner<6, 6>().inverse()) {
   if (s_.calibration.on) make_calibrated();
+  if (s_.tails.wanted) predict_tails();
+}
+
+void PositionPoint::predict_tails() {
+  const Eigen::Matrix3d& covariance = prediction_.position_covariance[0];
+  Eigen::Matrix<double, 3, 6> directions;
+  directions << Eigen::Matrix3d::Identity(), hla_from_nev_.transpose();
+  const std::vector<double>& weights = prediction_.weights.reference;
+  for (int q = 0; q < 6; ++q) {
+    const Eigen::Vector3d u = directions.col(q);
+    const double variance = u.dot(covariance * u);
+    compare::TailQuantity tail{
+        kTailNames[static_cast<std::size_t>(q)], variance > 1e-14 * covariance.trace() ? std::sqrt(variance) : 0, {}};
+    std::vector<double> square(mixing_.slots.size()), sum(mixing_.slots.size());
+    for (std::size_t i = 0; i < mixing_.slot_of.size() && tail.sd > 0; ++i) {
+      if (mixing_.slot_of[i] < 0) continue;
+      const auto slot = static_cast<std::size_t>(mixing_.slot_of[i]);
+      const double x =
+          u.dot(Eigen::Map<const Eigen::Vector3d>(weights.data() + i * sensor::NoiseWeights::kSums + 6)) / tail.sd;
+      square[slot] += x * x;
+      sum[slot] += x;
+    }
+    for (std::size_t slot = 0; slot < square.size(); ++slot)
+      if (square[slot] > 0)
+        tail.parts.push_back({mixing_.slots[slot].law, std::copysign(std::sqrt(square[slot]), sum[slot])});
+    tails_.push_back(std::move(tail));
+  }
+}
+
+void PositionPoint::count_tails(const Eigen::Ref<const Eigen::MatrixXd>& values, std::uint64_t* counts) const {
+  for (std::size_t q = 0; q < tails_.size(); ++q) {
+    const int i = static_cast<int>(q), column = i < 3 ? Components::position + i : at_.hole + i - 3;
+    // Both errors of an antithetic pair are as large, to first order: the first stands for both.
+    for (Eigen::Index t = 0; t < values.rows(); t += antithetic() ? 2 : 1)
+      compare::count_beyond(values(t, column), tails_[q].sd, s_.tails, counts + q * s_.tails.k.size());
+  }
+}
+
+/// Of the first station, or of the run: dip, then total field, as laws_table() has them.
+void PositionPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
+  const int groups = survey::groups_for(block.count), step = antithetic() ? 2 : 1;
+  std::vector<std::vector<double>> draws;
+  for (const std::uint32_t which : {1u, 0u}) {  // index of Channel::reference_field: total field 0, dip 1
+    if (mixing_.slot_of.empty() || mixing_.slot_of[which] < 0) continue;
+    survey::LaneArray v(groups, 2);
+    random::draw_mixing(stream_, {mixing_.slots[static_cast<std::size_t>(mixing_.slot_of[which])]}, block.first,
+                        antithetic(), groups, v.row(0, 0), v.group_stride());
+    draws.emplace_back();
+    for (int t = 0; t < block.count; t += step) {
+      const std::uint64_t trial = (block.first + static_cast<std::uint64_t>(t)) / static_cast<std::uint64_t>(step);
+      draws.back().push_back(v.value(t, 0) * stream_.normal(trial, random::Channel::reference_field, which) +
+                             v.value(t, 1));
+    }
+  }
+  compare::DrawnLaws::add(draws, tally);
 }
 
 std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
@@ -220,7 +277,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
       std::clamp(static_cast<int>(std::bit_floor(fitting)), simd::kGroup, montecarlo::kBlockTrials);  // divides a block
   Batch b(std::min(batch, block.count), s_);
   stats::Tally tally;
-  tally.counts.assign(kCounts + calibrated_.size() * stats::kPitSlots, 0);
+  tally.counts.assign(law_counts(), 0);
   // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
   Eigen::MatrixXd values(block.count + 8, at_.count);
   Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, sensor::NoiseWeights::kSums);
@@ -270,6 +327,8 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   tally.moments = stats::Moments::of(values.topRows(kept));
   if (antithetic()) tally.pairs = stats::Moments::of(stats::pair_columns(values.topRows(kept)));
   count_calibration(values.topRows(kept), angles, tally.counts);
+  count_tails(values.topRows(kept), tally.counts.data() + tail_counts());
+  add_laws(block, tally);
   stop_.keep(block, tally);
   for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
     const auto [i, j] = kControlledPairs[p];
@@ -305,6 +364,15 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     r.tables.push_back(covariance_table(tally));
     if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));
     if (orders_ && orders_->profile) r.tables.push_back(order_coverage_table(tally));
+  }
+  if (s_.tails.wanted) {
+    const bool drawn = tally.trials > 0;
+    r.tables.push_back(compare::tails_table(tails_, s_.tails, drawn ? tally.counts.data() + tail_counts() : nullptr,
+                                            units(tally), s_.verdict, s_.annotations, tally.trials, tally.failed));
+    const bool has_law = drawn && !mixing_.slots.empty();
+    r.tables.push_back(compare::laws_table(s_.laws, has_law ? &tally.groups.front() : nullptr,
+                                           has_law ? tally.counts.data() + law_counts() : nullptr,
+                                           s_.verdict.confidence));
   }
   r.tables.push_back(covariance_tests_table(tally));
   r.tables.push_back(correlation_table(tally));
@@ -349,7 +417,7 @@ std::string PositionPoint::replay(std::uint64_t trial) const {
 
 void PositionPoint::simulate(std::uint64_t first, Batch& b) const {
   const sensor::NoiseWeights* weights = s_.control_variate ? &prediction_.weights : nullptr;
-  sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums);
+  sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums, &mixing_);
   if (s_.spread.any())
     sensor::spread_tools(clean_, s_.spread, s_.noise.antithetic, stream_, first, b.readings, b.deviation, weights,
                          &b.sums);

@@ -32,6 +32,9 @@ struct Components {
 
   explicit Components(const Scenario& scenario);
 };
+/// Quantities of table `tails`.
+inline const std::vector<std::string> kTailNames{"north", "east", "vertical", "high_side", "lateral", "along_hole"};
+
 /// In place of a component: the squared distance by the claimed covariance; the tangent of the error of azimuth i.
 constexpr int kClaimedDistance = -2, kAzimuth = -3;  // kAzimuth - i
 
@@ -103,6 +106,12 @@ class PositionPoint final : public study::StudyPoint {
   /// `angles`: tangents of the errors of the azimuths, a column each; empty if none is wanted.
   void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, const Eigen::MatrixXd& angles,
                          std::vector<std::uint64_t>& counts) const;
+  void predict_tails();
+  void count_tails(const Eigen::Ref<const Eigen::MatrixXd>& values, std::uint64_t* counts) const;
+  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
+  /// Where the counts of tails begin in a tally, and behind them those of the laws.
+  std::size_t tail_counts() const { return kCounts + calibrated_.size() * stats::kPitSlots; }
+  std::size_t law_counts() const { return tail_counts() + tails_.size() * s_.tails.k.size(); }
   /// Tangents of the errors of the azimuths of a group, at the stations of `azimuth_places_`.
   void azimuth_errors(Batch& b, int group) const;
 
@@ -125,6 +134,8 @@ class PositionPoint final : public study::StudyPoint {
   compare::VerdictStop stop_;
   sensor::CleanReadings clean_;
   std::vector<double> md_;
+  sensor::ReferenceMixing mixing_;
+  std::vector<compare::TailQuantity> tails_;
   analysis::MsaPrediction prediction_;
   std::optional<orders::Predictions> orders_;
   std::vector<std::string> inputs_;

@@ -17,16 +17,20 @@
 
 #include "base/error.h"
 #include "compare/annotations.h"
+#include "compare/tails.h"
 #include "config/meanings.h"
 #include "montecarlo/threads.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
 #include "propagate/disturbed_errors.h"
+#include "propagate/drawn_well.h"
 #include "scenario/disturbance.h"
+#include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
 #include "scenario/survey_spacing.h"
 #include "scenario/validity_tables.h"
 #include "study/experiment.h"
+#include "survey/frames.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::position_covariance {
@@ -105,6 +109,8 @@ struct Scenario {
   UncertaintyReport report;
   double margin = 0;
   std::vector<Published> published;
+  random::ReferenceLaws laws;
+  compare::TailRule tails;
 };
 
 propagate::SourceDetail read_source_detail(config::ConfigReader& c) {
@@ -151,8 +157,23 @@ Scenario read_scenario(config::ConfigReader& c) {
   for (const Published& p : s.published)
     if (p.source != "total" && s.detail != propagate::SourceDetail::all)
       c.fail("output.by_source", "must be \"all\": there are published values of a source");
+  s.laws = scenario::read_reference_laws(c, {.sizes = false});
+  s.tails = compare::read_tail_rule(c, s.laws);
+  c.require(!s.tails.wanted || !s.disturbance, "disturbance.kind", "not together with the table `tails`");
   c.finish();
   return s;
+}
+
+/// Table `tails` of the last station.
+store::Table tails_table(const Scenario& s) {
+  const propagate::WellErrors errors = propagate::well_errors(s.survey, s.tvd, s.tools.runs, s.field, s.latitude);
+  const std::size_t last = s.survey.stations.size() - 1;
+  const survey::Station& at = s.survey.stations[last];
+  const compare::WellTails tails =
+      compare::well_tails(propagate::well_mixing(errors, s.laws, propagate::draw_places(errors)),
+                          propagate::draw_effects(errors, {last, 1}, propagate::FirstOrder::iscwsa),
+                          survey::rotation_hla_from_nev(at.inclination, at.azimuth));
+  return compare::tails_table(tails.quantities, s.tails, nullptr, 0, {}, {}, 0, 0);
 }
 
 class PositionCovariance final : public study::StudyPoint {
@@ -206,6 +227,7 @@ class PositionCovariance final : public study::StudyPoint {
     r.tables.push_back(gyro_table(s.survey, s.tools, result));
     r.tables.push_back(published_table(published, s.margin));
     r.tables.push_back(uncertainty_table(s.survey, result, s.report));
+    if (s.tails.wanted) r.tables.push_back(tails_table(s));
     std::vector<compare::Warning> warnings = scenario::validity_warnings(s.survey, s.tools, validity);
     scenario::add_spacing_warning(warnings, s.survey, s.tvd, s.tools, s.field, s.latitude);
     r.tables.push_back(compare::warnings_table(warnings));

@@ -146,6 +146,7 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
   CorrectedErrors out;
   for (Matrix3d& c : out.position) c.setZero();
   out.azimuth.resize(n);
+  out.station_reference.resize(n);
   Matrix3r run_position = Matrix3r::Zero();
   // Squares of the responses of all stations: what the inputs of the others do to one station.
   std::array<estimate::Matrix6d, 3> others;
@@ -161,11 +162,13 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     const Matrix36d on_position = shared ? through_estimate : Matrix36d(s.lever[k] * t.by_estimate);
     for (int c = 0; c < 2; ++c) {
       const Eigen::Matrix<double, 6, 1> response = station_response(k, c);
+      out.station_reference[k][2 - static_cast<std::size_t>(c)] = on_position * response;
       add_square<1>(on_position * response, out.position[kStationTotalField + static_cast<std::size_t>(c)]);
       if (shared) others[static_cast<std::size_t>(c)] += response * response.transpose();
     }
     const Vector3d turned = station_declination * s.by_declination[k];
     add_square<1>(s.lever[k] * turned, out.position[kStationDeclination]);
+    out.station_reference[k][0] = s.lever[k] * turned;
     out.azimuth[k][kStationDeclination] = sum_of_squares<1>(s.right[k], turned);
     out.azimuth[k][kMagnetometerNoise] = 0;
     if (noise > 0) {
@@ -174,6 +177,8 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
       if (shared) others[2] += response.lazyProduct(response.transpose());
     }
   }
+  out.run_reference = {run_position.col(static_cast<int>(kDeclination)), run_position.col(static_cast<int>(kDip)),
+                       run_position.col(static_cast<int>(kTotalField))};
   for (std::size_t i = 0; i < kRunInputs; ++i)
     add_square<1>(run_position.col(static_cast<Eigen::Index>(i)), out.position[i]);
   for (std::size_t k = 0; k < n; ++k) {

@@ -91,6 +91,9 @@ struct CorrectedErrors {
   double condition = 1;                                       ///< scaled; of Kind::station the largest of a station
   std::array<Eigen::Matrix3d, kCodeInputs> position;          ///< of the last station: N, E, V (true north), m2
   std::vector<std::array<double, kCodeInputs>> azimuth = {};  ///< of every measured station: (sinI dA)^2, rad2
+  /// One sd of the reference's declination, dip and total field on the last position, m: of the run, of every station.
+  std::array<Eigen::Vector3d, 3> run_reference = {};
+  std::vector<std::array<Eigen::Vector3d, 3>> station_reference = {};
 
   Eigen::Matrix3d covariance() const;
   double azimuth_variance(std::size_t station) const;

@@ -81,18 +81,18 @@ std::vector<DrawPlace> draw_places(const WellErrors& errors, std::uint32_t first
 }
 
 DrawnWell drawn_well(const WellErrors& errors, const std::vector<WellPoint>& points,
-                     const std::vector<DrawPlace>& places, bool with_control) {
+                     const std::vector<DrawPlace>& places, bool with_control, const WellMixing& mixing) {
   DrawnWell w;
   w.points_ = points;
   w.stations_ = points.back().station + 1;
   w.legs_.resize(w.stations_);
   for (std::size_t k = 1; k < w.stations_; ++k) w.legs_[k] = leg_geometry(errors, k);
-  w.make_items(errors, places);
+  w.make_items(errors, places, mixing);
   w.make_points(errors, with_control);
   return w;
 }
 
-void DrawnWell::make_items(const WellErrors& errors, const std::vector<DrawPlace>& places) {
+void DrawnWell::make_items(const WellErrors& errors, const std::vector<DrawPlace>& places, const WellMixing& mixing) {
   // Weights of lasting draws, by sum; draws that are used.
   std::array<std::map<std::uint32_t, LastingColumn>, kDrawnSums> columns;
   std::vector<std::uint32_t> lasting;
@@ -113,6 +113,18 @@ void DrawnWell::make_items(const WellErrors& errors, const std::vector<DrawPlace
   CallList rows(calls_, places);
   rows.add(lasting, 0);
   lasting_calls_ = calls_.size();
+  std::map<int, std::uint32_t> slot_of;  // those that are used, by their numbers in `mixing`
+  const auto add_mixed = [&](const std::vector<std::uint32_t>& draws) {
+    for (const std::uint32_t d : draws) {
+      const int slot = mixing.slot_of_draw.empty() ? -1 : mixing.slot_of_draw[d];
+      if (slot < 0) continue;
+      const auto [at, is_new] = slot_of.emplace(slot, static_cast<std::uint32_t>(slots_.size()));
+      if (is_new) slots_.push_back(mixing.slots[static_cast<std::size_t>(slot)]);
+      mixed_.push_back({rows.row(d), at->second});
+    }
+  };
+  add_mixed(lasting);
+  lasting_mixed_ = mixed_.size();
 
   // Columns of one sum that are proportional become one row, their draws' weighted sum.
   std::array<std::vector<std::vector<WeightedRow>>, kDrawnSums> items_of;
@@ -150,9 +162,10 @@ void DrawnWell::make_items(const WellErrors& errors, const std::vector<DrawPlace
     while (end < stations_ && (end == first || (end - first < kStations && draws.size() < kDraws)))
       draws.insert(draws.end(), at_station[end].begin(), at_station[end].end()), ++end;
     sort_and_unite(draws);
-    const std::size_t first_call = calls_.size();
+    const std::size_t first_call = calls_.size(), first_mixed = mixed_.size();
     rows.add(draws, next_row);
-    stretches_.push_back({first, end, first_call, calls_.size()});
+    add_mixed(draws);
+    stretches_.push_back({first, end, first_call, calls_.size(), first_mixed, mixed_.size()});
     most_rows_ = std::max(most_rows_, next_row + 4 * (calls_.size() - first_call));
     first = end;
   }
@@ -206,8 +219,14 @@ void DrawnWell::make_points(const WellErrors& errors, bool with_control) {
 survey::LaneArray DrawnWell::make_scratch() const { return {1, 2 * static_cast<int>(most_rows_)}; }
 
 DrawnWellBatch DrawnWell::batch(std::uint64_t first_trial, bool antithetic, int groups, survey::LaneArray& out,
-                                survey::LaneArray& scratch) const {
+                                survey::LaneArray& scratch, const survey::LaneArray* mixing) const {
   DrawnWellBatch b{};
+  b.mixed = mixed_.data();
+  b.lasting_mixed = lasting_mixed_;
+  if (mixing != nullptr) {
+    b.mixing = mixing->row(0, 0);
+    b.mixing_stride = mixing->group_stride();
+  }
   b.legs = legs_.data();
   b.stations = stations_;
   b.items = items_.data();
@@ -235,8 +254,12 @@ DrawnWellBatch DrawnWell::batch(std::uint64_t first_trial, bool antithetic, int 
 void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bool antithetic, int groups,
                      survey::LaneArray& out, const survey::LaneArray* made) const {
   assert(first_trial % simd::kGroup == 0);
-  survey::LaneArray scratch = make_scratch();
-  DrawnWellBatch b = batch(first_trial, antithetic, groups, out, scratch);
+  survey::LaneArray scratch = make_scratch(), mixing;
+  if (!slots_.empty()) {
+    mixing = survey::LaneArray(groups, 2 * static_cast<int>(slots_.size()));
+    random::draw_mixing(stream, slots_, first_trial, antithetic, groups, mixing.row(0, 0), mixing.group_stride());
+  }
+  DrawnWellBatch b = batch(first_trial, antithetic, groups, out, scratch, slots_.empty() ? nullptr : &mixing);
   if (made != nullptr) {
     b.made = made->row(0, 0);
     b.made_stride = made->group_stride();
@@ -246,6 +269,7 @@ void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bo
 
 void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
                           survey::LaneArray& out) const {
+  assert(slots_.empty());  // the given normals have none for V
   survey::LaneArray scratch = make_scratch(), points(groups, this->rows());
   DrawnWellBatch b = batch(0, false, groups, points, scratch);
   b.derivatives = nullptr;

@@ -9,17 +9,12 @@
 #include <vector>
 
 #include "propagate/drawn_well_lanes.h"
+#include "propagate/mixed_errors.h"
 #include "propagate/well_errors.h"
 #include "random/stream.h"
 #include "survey/readings.h"
 
 namespace surveymc::propagate {
-
-/// Address of a draw in the random stream. Draws of two wells with the same address are one error.
-struct DrawPlace {
-  random::Channel channel{};
-  std::uint32_t index = 0;
-};
 
 /// The places of the draws of a well alone: number i of those of several stations at index i of Channel::error_source,
 /// number i of the others at index i of Channel::station_error. `first_source` and `first_station` are added to the
@@ -52,14 +47,16 @@ class DrawnWell {
   std::size_t normals() const { return 4 * calls_.size(); }
 
   /// Arguments of the kernel (for benchmarks).
+  /// `mixing`: rows of draw_mixing() of the well's slots; null where it has none.
   DrawnWellBatch batch(std::uint64_t first_trial, bool antithetic, int groups, survey::LaneArray& out,
-                       survey::LaneArray& scratch) const;
+                       survey::LaneArray& scratch, const survey::LaneArray* mixing = nullptr) const;
   survey::LaneArray make_scratch() const;
 
  private:
-  friend DrawnWell drawn_well(const WellErrors&, const std::vector<WellPoint>&, const std::vector<DrawPlace>&, bool);
+  friend DrawnWell drawn_well(const WellErrors&, const std::vector<WellPoint>&, const std::vector<DrawPlace>&, bool,
+                              const WellMixing&);
   DrawnWell() = default;
-  void make_items(const WellErrors& errors, const std::vector<DrawPlace>& places);
+  void make_items(const WellErrors& errors, const std::vector<DrawPlace>& places, const WellMixing& mixing);
   void make_points(const WellErrors& errors, bool with_control);
 
   std::vector<WellPoint> points_;
@@ -70,15 +67,18 @@ class DrawnWell {
   std::vector<DrawCall> calls_;
   std::size_t lasting_calls_ = 0, most_rows_ = 0;
   std::vector<DrawnStretch> stretches_;
+  std::vector<MixedRow> mixed_;
+  std::size_t lasting_mixed_ = 0;
+  std::vector<random::MixingSlot> slots_;  ///< those that the rows use
   std::vector<DrawnPoint> drawn_points_;
   std::vector<double> truth_, derivatives_;
 };
 
 /// `points`: in the order of their stations. `places`: one a draw of `errors`. `with_control`: also the first-order
 /// effect (FirstOrder::minimum_curvature) of the same draws. Draws that have no effect at or before the last point are
-/// not made. Only numbers of `errors` are kept.
+/// not made. Only numbers of `errors` are kept. `mixing`: which draws are not normal; the control is of the same draws.
 DrawnWell drawn_well(const WellErrors& errors, const std::vector<WellPoint>& points,
-                     const std::vector<DrawPlace>& places, bool with_control);
+                     const std::vector<DrawPlace>& places, bool with_control, const WellMixing& mixing = {});
 
 /// One trial from given draws (standard normal, one for each draw of `errors`): the readable definition, which
 /// quadrature uses, too. N, E, V of every point less its true position, m: 3 a point.

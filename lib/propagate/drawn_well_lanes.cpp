@@ -24,7 +24,7 @@ template <std::size_t P>
 struct Trials {
   Bits<T> trial[P];
   Bits<T> sign;
-  const double *given[P], *made[P];
+  const double *given[P], *made[P], *mixing[P];
   double* path[P];
 };
 
@@ -64,6 +64,18 @@ void make_draws(const DrawnWellBatch& b, const random::Stream& stream, const Tri
     first += count;
     row += 4 * count * kStride;
   }
+}
+
+/// Rows that are not normal: mixed[first .. end - 1].
+template <std::size_t P>
+void mix_draws(const DrawnWellBatch& b, const Trials<P>& trials, std::size_t first, std::size_t end, double* rows) {
+  constexpr std::size_t kStride = P * kLanes;
+  for (; first < end; ++first)
+    for (std::size_t p = 0; p < P; ++p) {
+      double* at = rows + b.mixed[first].row * kStride + p * kLanes;
+      const double* v = trials.mixing[p] + 2 * b.mixed[first].slot * kGroup;
+      store(at, fma(load<T>(v), load<T>(at), load<T>(v + kGroup)));
+    }
 }
 
 template <std::size_t P>
@@ -125,6 +137,7 @@ void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Tri
   constexpr std::size_t kStride = P * kLanes;
   double* rows = b.rows;
   make_draws<P>(b, stream, trials, 0, b.lasting_calls, rows);
+  mix_draws<P>(b, trials, 0, b.lasting_mixed, rows);
   double* combined = rows + 4 * b.lasting_calls * kStride;
   for (std::size_t c = 0; c < b.combined; ++c, combined += kStride) {
     T sum[P];
@@ -144,6 +157,7 @@ void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Tri
   for (std::size_t s = 0; s < b.stretch_count; ++s) {
     const DrawnStretch& stretch = b.stretches[s];
     make_draws<P>(b, stream, trials, stretch.first_call, stretch.end_call, combined);
+    mix_draws<P>(b, trials, stretch.first_mixed, stretch.end_mixed, rows);
     for (std::size_t k = stretch.first; k < stretch.end; ++k) {
       const std::uint32_t* ends = b.item_ends + kDrawnSums * k;
       T sums[kDrawnSums][P];
@@ -200,6 +214,7 @@ void draw_registers(const DrawnWellBatch& b, const random::Stream& stream, std::
     trials.sign = from.sign;
     trials.given[p] = b.given == nullptr ? nullptr : b.given + g * b.given_stride + lane;
     trials.made[p] = b.made == nullptr ? nullptr : b.made + g * b.made_stride + lane;
+    trials.mixing[p] = b.mixing == nullptr ? nullptr : b.mixing + g * b.mixing_stride + lane;
     trials.path[p] = b.path == nullptr ? nullptr : b.path + g * b.path_stride + lane;
     out[p] = b.positions + g * b.positions_stride + lane;
   }

@@ -27,10 +27,17 @@ struct DrawCall {
 /// Sums of a station over its draws.
 enum DrawnSum { kDepth, kInclination, kAzimuth, kTilt, kCourseNorth, kCourseEast, kCourseDown, kDrawnSums };
 
-/// Stations first .. end - 1, whose draws of one station are made together: the calls first_call .. end_call - 1.
+/// A row of draws that is not normal, and the slot of its V (random/mixing_draws.h).
+struct MixedRow {
+  std::uint32_t row = 0, slot = 0;
+};
+
+/// Stations first .. end - 1, whose draws of one station are made together: the calls first_call .. end_call - 1, of
+/// which the rows first_mixed .. end_mixed - 1 are not normal.
 struct DrawnStretch {
   std::size_t first = 0, end = 0;
   std::size_t first_call = 0, end_call = 0;
+  std::size_t first_mixed = 0, end_mixed = 0;
 };
 
 /// A point at `share` of the leg that ends at `station`; `derivatives`: of its leg to there, as DrawnWellBatch has
@@ -53,6 +60,10 @@ struct DrawnWellBatch {
   const WeightedRow* combined_items;   ///< rows that are sums of those
   const std::uint32_t* combined_ends;  ///< combined + 1
   std::size_t combined;
+  const MixedRow* mixed;
+  std::size_t lasting_mixed;  ///< the first ones: of draws of several stations
+  const double* mixing;       ///< rows 2 slot and 2 slot + 1: a draw becomes the first times it and the second
+  std::size_t mixing_stride;
   const DrawnStretch* stretches;
   std::size_t stretch_count;
   double* rows;  ///< scratch, aligned to 64 bytes: 2 kGroup doubles for each row of draws that is there at one time

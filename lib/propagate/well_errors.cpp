@@ -22,7 +22,7 @@ class DrawBook {
   std::size_t source_of(const error_model::Term& term) {
     for (std::size_t s = 0; s < out_.sources.size(); ++s)
       if (out_.sources[s].code == term.code && out_.sources[s].mode == term.mode) return s;
-    out_.sources.push_back({term.code, term.mode, {}});
+    out_.sources.push_back({term.code, term.mode, {}, reference_element(term.function->name)});
     open_.emplace_back();
     return out_.sources.size() - 1;
   }
@@ -116,6 +116,13 @@ void sort_draws(WellErrors& w) {
 }
 
 }  // namespace
+
+std::optional<random::ReferenceElement> reference_element(const std::string& function) {
+  if (function == "AZ" || function == "DBH") return random::ReferenceElement::declination;
+  if (function == "MDI") return random::ReferenceElement::dip;
+  if (function == "MFI") return random::ReferenceElement::total;
+  return std::nullopt;
+}
 
 WellErrors well_errors(const survey::Survey& survey, const std::vector<double>& tvd, const std::vector<ToolRun>& runs,
                        const survey::ReferenceField& field, double latitude, double multiplier, VerticalRule rule) {

@@ -15,6 +15,7 @@
 /// of the rest. Weights are those of the true survey.
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@
 #include "error_model/model.h"
 #include "propagate/drawn_leg.h"
 #include "propagate/tool_covariance.h"
+#include "random/reference_laws.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
@@ -35,11 +37,16 @@ enum class VerticalRule {
            ///< radians
 };
 
+/// What a weighting function is an error of, whatever the code is called: AZ and DBH declination, MDI dip, MFI total
+/// field; none: of something else.
+std::optional<random::ReferenceElement> reference_element(const std::string& function);
+
 /// Errors of one code and mode. R: one draw a station; S: one a leg; W and G: one; a gyro's by its sections.
 struct ErrorSource {
   std::string code;
   error_model::PropagationMode mode = error_model::PropagationMode::random;
-  std::vector<std::uint32_t> draws;  ///< in the order of their stations
+  std::vector<std::uint32_t> draws = {};                 ///< in the order of their stations
+  std::optional<random::ReferenceElement> element = {};  ///< of the reference field; none: another error
 };
 
 struct ErrorDraw {

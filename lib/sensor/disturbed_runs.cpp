@@ -20,13 +20,40 @@ DisturbedRunSetup disturbed_run_setup(const survey::Survey& survey, const survey
   return s;
 }
 
+void set_mixing(DisturbedRunSetup& s, const random::ReferenceLaws& laws, bool run, bool stations) {
+  s.slots.clear();
+  s.slot_of.clear();
+  if (!laws.any()) return;
+  for (int k = -1; k < s.stations(); ++k) {  // -1: the run
+    std::int32_t shared = -1;
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const auto element = static_cast<random::ReferenceElement>(e);
+      const auto& law = laws.of(element).law;
+      if (!law || !(k < 0 ? run : stations)) {
+        s.slot_of.push_back(-1);
+        continue;
+      }
+      if (!laws.shared_mixing || shared < 0) {
+        shared = static_cast<std::int32_t>(s.slots.size());
+        const std::uint32_t slot = laws.slot(element);
+        s.slots.push_back(
+            k < 0 ? random::MixingSlot{law, random::kMixingRun, slot}
+                  : random::MixingSlot{law, random::kMixingStation, 4 * static_cast<std::uint32_t>(k) + slot});
+      }
+      s.slot_of.push_back(shared);
+    }
+  }
+}
+
 survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& setup) {
   return {trials, setup.stations(), true, false};
 }
 
 namespace {
 
-DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial, survey::ReadingBlock& out) {
+/// `mixing`: rows of draw_mixing(); without rows all errors are normal.
+DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial, const survey::LaneArray* mixing,
+                           survey::ReadingBlock& out) {
   return {s.frames.data(),
           s.stations(),
           out.groups(),
@@ -38,6 +65,9 @@ DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial
           s.field.gravity,
           s.run,
           s.station,
+          mixing == nullptr ? nullptr : mixing->row(0, 0),
+          mixing == nullptr ? 0 : mixing->group_stride(),
+          s.slot_of.data(),
           s.turned,
           first_trial,
           out.magnetic.row(0, 0),
@@ -52,12 +82,19 @@ DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial
 
 void draw_disturbed_runs(const DisturbedRunSetup& s, const random::Stream& stream, std::uint64_t first_trial,
                          survey::ReadingBlock& out) {
-  simd::run_kernel<isa_v3::disturbed_runs, isa_v4::disturbed_runs>(batch_of(s, first_trial, out), stream);
+  survey::LaneArray mixing;
+  const bool mixed = !s.slots.empty();
+  if (mixed) {
+    mixing = survey::LaneArray(out.groups(), 2 * static_cast<int>(s.slots.size()));
+    random::draw_mixing(stream, s.slots, first_trial, false, out.groups(), mixing.row(0, 0), mixing.group_stride());
+  }
+  simd::run_kernel<isa_v3::disturbed_runs, isa_v4::disturbed_runs>(
+      batch_of(s, first_trial, mixed ? &mixing : nullptr, out), stream);
 }
 
 void disturbed_readings(const DisturbedRunSetup& s, const survey::LaneArray& z, survey::ReadingBlock& out) {
-  assert(!s.turned);
-  simd::run_kernel<isa_v3::disturbed_readings, isa_v4::disturbed_readings>(batch_of(s, 0, out), z.row(0, 0),
+  assert(!s.turned && s.slots.empty());
+  simd::run_kernel<isa_v3::disturbed_readings, isa_v4::disturbed_readings>(batch_of(s, 0, nullptr, out), z.row(0, 0),
                                                                            z.group_stride());
 }
 

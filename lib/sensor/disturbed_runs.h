@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "random/reference_laws.h"
 #include "random/stream.h"
 #include "survey/readings.h"
 #include "survey/reference_field.h"
@@ -29,12 +30,19 @@ struct DisturbedRunSetup {
   double interference = 0;       ///< nT, once a run, added to the bias of z
   ReferenceErrors run, station;  ///< once a run; new at every station
   double noise = 0;              ///< nT, of a magnetometer reading
+  /// V of errors of the reference that are not normal (mixing_of); numbers of slots of declination, dip and total, of
+  /// the run and then of every station; -1: normal. Empty: all are.
+  std::vector<random::MixingSlot> slots = {};
+  std::vector<std::int32_t> slot_of = {};
   bool turned = false;  ///< the tool of the whole run is turned about its axis by an angle, uniform, once a run
 
   int stations() const { return static_cast<int>(frames.size() / 9); }
 };
 /// The stations of `survey` but the first, which is the tie-on. Sizes are zero.
 DisturbedRunSetup disturbed_run_setup(const survey::Survey& survey, const survey::ReferenceField& field);
+
+/// Sets slots of the laws: `run` and `stations` say whose errors have them.
+void set_mixing(DisturbedRunSetup& setup, const random::ReferenceLaws& laws, bool run, bool stations);
 
 /// A block of the right shape.
 survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& setup);

@@ -66,9 +66,17 @@ struct GivenNormals {
   }
 };
 
-/// One run.
+/// One run. `mixing`: of these trials.
 template <class Normals>
-void run(const DisturbedRunBatch& b, const Normals& normals, double* magnetic, double* down) {
+void run(const DisturbedRunBatch& b, const Normals& normals, const double* mixing, double* magnetic, double* down) {
+  // The error of an element (declination, dip, total) of the run, station -1, or of a station.
+  const auto mixed = [&](int station, int element, const T& z) {
+    if (mixing == nullptr) return z;
+    const std::int32_t slot = b.slot_of[3 * (station + 1) + element];
+    if (slot < 0) return z;
+    const double* v = mixing + 2 * slot * kGroup;
+    return fma(load<T>(v), z, load<T>(v + kGroup));
+  };
   const std::array<T, 16> z = normals.run();
   const auto term = [&](std::size_t i) { return T(b.sd[i]) * z[i]; };
   const auto three = [&](std::size_t from) { return survey::Vec3<T>{term(from), term(from + 1), term(from + 2)}; };
@@ -77,15 +85,16 @@ void run(const DisturbedRunBatch& b, const Normals& normals, double* magnetic, d
                         a_scale = three(survey::kAccelerometerScale), m_scale = three(survey::kMagnetometerScale);
   survey::Vec3<T> m_bias = three(survey::kMagnetometerBias);
   m_bias.z = fma(T(b.interference), z[12], m_bias.z);
-  const T total = fma(T(b.run.total), z[13], T(b.total)), dip = fma(T(b.run.dip), z[14], T(b.dip)),
-          declination = T(b.run.declination) * z[15];
+  const T total = fma(T(b.run.total), mixed(-1, 2, z[13]), T(b.total)),
+          dip = fma(T(b.run.dip), mixed(-1, 1, z[14]), T(b.dip)),
+          declination = T(b.run.declination) * mixed(-1, 0, z[15]);
   T sin_tool(0.0), cos_tool(1.0);
   if (b.turned) std::tie(sin_tool, cos_tool) = sincos(T(2 * kPi) * normals.turn());
   for (int k = 0; k < b.stations; ++k) {
     const std::array<T, 4> draws = normals.station(k);
-    const T field = fma(T(b.station.total), draws[0], total);
-    const auto [sin_dip, cos_dip] = sincos(fma(T(b.station.dip), draws[1], dip));
-    const auto [sin_turn, cos_turn] = sincos(fma(T(b.station.declination), draws[2], declination));
+    const T field = fma(T(b.station.total), mixed(k, 2, draws[0]), total);
+    const auto [sin_dip, cos_dip] = sincos(fma(T(b.station.dip), mixed(k, 1, draws[1]), dip));
+    const auto [sin_turn, cos_turn] = sincos(fma(T(b.station.declination), mixed(k, 0, draws[2]), declination));
     const T horizontal = field * cos_dip, vertical = field * sin_dip;
     const T along_north = horizontal * cos_turn, along_east = horizontal * sin_turn;
     const double* frame = b.frames + 9 * k;
@@ -123,7 +132,8 @@ void run_all(const DisturbedRunBatch& b, const NormalsOf& normals_of) {
   for (int group = 0; group < b.groups; ++group)
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
       const auto g = static_cast<std::size_t>(group);
-      run(b, normals_of(group, lane), b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
+      run(b, normals_of(group, lane), b.mixing == nullptr ? nullptr : b.mixing + g * b.mixing_stride + lane,
+          b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
       double* reference = b.reference + g * b.reference_stride + lane;
       store(reference, T(b.total) * cos_dip);
       store(reference + kGroup, T(b.total) * sin_dip);

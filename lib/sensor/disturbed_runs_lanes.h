@@ -15,6 +15,9 @@ struct DisturbedRunBatch {
   survey::SensorTermArray sd;
   double interference, noise, total, dip, gravity;
   ReferenceErrors run, station;
+  const double* mixing;  ///< rows of draw_mixing(); null: all errors are normal
+  std::size_t mixing_stride;
+  const std::int32_t* slot_of;  ///< of DisturbedRunSetup
   bool turned;
   std::uint64_t first_trial;
   double *magnetic, *down, *reference;

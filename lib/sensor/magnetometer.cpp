@@ -60,6 +60,27 @@ NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
   return m;
 }
 
+ReferenceMixing reference_mixing(const random::ReferenceLaws& laws, const NoiseModel& noise, int stations) {
+  ReferenceMixing m;
+  if (!laws.any() || noise.reference == ReferenceNoise::none) return m;
+  const bool of_run = noise.reference == ReferenceNoise::per_run;
+  for (int k = 0; k < (of_run ? 1 : stations); ++k) {
+    std::int32_t shared = -1;
+    for (const auto element : {random::ReferenceElement::total, random::ReferenceElement::dip}) {
+      const auto& law = laws.of(element).law;
+      if (law && (!laws.shared_mixing || shared < 0)) {
+        shared = static_cast<std::int32_t>(m.slots.size());
+        const std::uint32_t slot = laws.slot(element);
+        m.slots.push_back(
+            of_run ? random::MixingSlot{law, random::kMixingRun, slot}
+                   : random::MixingSlot{law, random::kMixingStation, 4 * static_cast<std::uint32_t>(k) + slot});
+      }
+      m.slot_of.push_back(law ? shared : -1);
+    }
+  }
+  return m;
+}
+
 survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise) {
   return {trials, stations, noise.accelerometer > 0, noise.reference == ReferenceNoise::per_station};
 }
@@ -83,10 +104,17 @@ ReadingRows reading_rows(const CleanReadings& clean, const survey::ReferenceFiel
 
 void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                        const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
-                       const NoiseWeights* weights, survey::LaneArray* sums) {
+                       const NoiseWeights* weights, survey::LaneArray* sums, const ReferenceMixing* mixing) {
   assert(first_trial % simd::kGroup == 0);
   assert(!noise.antithetic || symmetric(noise.law));
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
+  survey::LaneArray drawn;
+  const bool mixed = mixing != nullptr && !mixing->slots.empty();
+  if (mixed) {
+    drawn = survey::LaneArray(out.groups(), 2 * static_cast<int>(mixing->slots.size()));
+    random::draw_mixing(stream, mixing->slots, first_trial, noise.antithetic, out.groups(), drawn.row(0, 0),
+                        drawn.group_stride());
+  }
   const SimulateBatch batch{reading_rows(clean, field, out),
                             out.groups(),
                             first_trial,
@@ -96,7 +124,10 @@ void simulate_readings(const CleanReadings& clean, const survey::ReferenceField&
                             weights ? data(weights->accelerometer) : nullptr,
                             weights ? data(weights->reference) : nullptr,
                             weights ? sums->row(0, 0) : nullptr,
-                            weights ? sums->group_stride() : 0};
+                            weights ? sums->group_stride() : 0,
+                            mixed ? drawn.row(0, 0) : nullptr,
+                            mixed ? drawn.group_stride() : 0,
+                            mixed ? mixing->slot_of.data() : nullptr};
   simd::run_kernel<isa_v3::simulate, isa_v4::simulate>(batch);
 }
 

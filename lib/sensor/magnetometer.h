@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "random/reference_laws.h"
 #include "random/stream.h"
 #include "survey/readings.h"
 #include "survey/reference_field.h"
@@ -42,6 +43,14 @@ struct NoiseModel {
   /// that is symmetric about zero; each trial by itself then has the same distribution as without pairs.
   bool antithetic = false;
 };
+
+/// V of errors of the reference that are not normal (random/mixing_law.h).
+struct ReferenceMixing {
+  std::vector<random::MixingSlot> slots;
+  std::vector<std::int32_t> slot_of;  ///< [2 pair + {0 total field, 1 dip}]; -1: normal. A pair a station, or one.
+};
+/// Empty without a law.
+ReferenceMixing reference_mixing(const random::ReferenceLaws& laws, const NoiseModel& noise, int stations);
 
 /// Mean and variance of a draw of size 1.
 double unit_noise_mean(NoiseLaw law);
@@ -84,9 +93,11 @@ survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseMod
 
 /// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
 /// noise.antithetic needs symmetric(noise.law).
+/// `mixing`: of reference_mixing(); null, or empty: all errors of the reference are normal.
 /// If `weights` is given, `sums` (NoiseWeights::kSums rows) gets the weighted sums of every trial's draws.
 void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                        const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
-                       const NoiseWeights* weights = nullptr, survey::LaneArray* sums = nullptr);
+                       const NoiseWeights* weights = nullptr, survey::LaneArray* sums = nullptr,
+                       const ReferenceMixing* mixing = nullptr);
 
 }  // namespace surveymc::sensor

@@ -78,8 +78,10 @@ void store_reference(const T& total, const T& dip, double* out) {
   store(out + kGroup, total * sin_dip);
 }
 
-/// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
-void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, double* out, Sums& sums) {
+/// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial. `mixing`: of
+/// these trials.
+void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, const double* mixing, double* out,
+                    Sums& sums) {
   for (int k = 0; k < b.rows.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none) {
@@ -89,6 +91,12 @@ void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, 
     }
     for (int i = 0; i < 2 && k + i < b.rows.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
+      for (std::size_t part = 0; part < 2 && mixing != nullptr; ++part) {
+        const std::int32_t slot = b.slot_of[2 * (k + i) + static_cast<int>(part)];
+        if (slot < 0) continue;
+        const double* v = mixing + 2 * slot * kGroup;
+        draw[j + part] = fma(load<T>(v), draw[j + part], load<T>(v + kGroup));
+      }
       if (b.reference_weights)
         for (std::size_t part = 0; part < 2; ++part)
           add_weighted(b.reference_weights + (2 * (k + i) + static_cast<int>(part)) * NoiseWeights::kSums,
@@ -122,7 +130,8 @@ void simulate(const SimulateBatch& b) {
           for (int r = 0; r < 3 * b.rows.stations; ++r) store(down + r * kGroup, T(b.rows.clean_down[r]));
         }
       }
-      draw_reference(b, from, b.rows.reference + g * b.rows.reference_stride + lane, sums);
+      draw_reference(b, from, b.mixing == nullptr ? nullptr : b.mixing + g * b.mixing_stride + lane,
+                     b.rows.reference + g * b.rows.reference_stride + lane, sums);
       if (b.sums)
         for (std::size_t q = 0; q < sums.size(); ++q) store(b.sums + g * b.sums_stride + q * kGroup + lane, sums[q]);
     }

@@ -31,6 +31,9 @@ struct SimulateBatch {
   const double *magnetometer_weights, *accelerometer_weights, *reference_weights;
   double* sums;
   std::size_t sums_stride;
+  const double* mixing;  ///< rows of draw_mixing(); null: the reference is normal
+  std::size_t mixing_stride;
+  const std::int32_t* slot_of;  ///< of ReferenceMixing
 };
 
 /// The same of normals that are given: rows of `z` from which each source is read; null: not drawn.

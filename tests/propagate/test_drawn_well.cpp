@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <tuple>
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
@@ -486,4 +488,93 @@ TEST_CASE("The profile has the crescent of a single source: mean, covariance, an
   CAPTURE(code);
   CHECK((profiled.mean - exact.mean).norm() <= 1e-5 * exact.mean.norm());
   CHECK((profiled.covariance - exact.covariance).norm() <= 1e-5 * exact.covariance.norm());
+}
+
+namespace {
+
+/// A law of the declination of all modes.
+random::ReferenceLaws declination_law(const random::LawOf& law, bool each_term) {
+  random::ReferenceLaws laws;
+  laws.elements[0].law = std::make_shared<const random::MixingLaw>(law);
+  laws.each_term = each_term;
+  return laws;
+}
+
+}  // namespace
+
+TEST_CASE("A well with a heavy reference is the readable definition, with a V for who shares it") {
+  const Well w = east_west_drawn();
+  const std::vector<WellPoint> points{{40, 0.5}, {60, 1}};
+  const auto places = draw_places(w.errors);
+  const random::Stream stream(11, 21);
+  for (const bool each : {false, true}) {
+    const random::ReferenceLaws laws =
+        each ? declination_law({.kind = random::LawKind::asymmetric_nig, .shape = 0.8, .skew = 0.7}, true)
+             : declination_law({.kind = random::LawKind::nig, .shape = 0.5}, false);
+    const WellMixing mixing = well_mixing(w.errors, laws, places);
+    const DrawnWell well = drawn_well(w.errors, points, places, true, mixing);
+    survey::LaneArray out(2, well.rows());
+    well.draw(stream, 16, false, 2, out);
+    const std::size_t n = w.errors.draws.size();
+    std::vector<double> z(n);
+    for (int t = 0; t < 16; ++t) {
+      const auto trial = static_cast<std::uint64_t>(16 + t);
+      for (std::size_t d = 0; d < n; ++d) {
+        z[d] = stream.normal(trial, places[d].channel, places[d].index);
+        if (mixing.slot_of_draw[d] < 0) continue;
+        const random::MixingSlot& slot = mixing.slots[static_cast<std::size_t>(mixing.slot_of_draw[d])];
+        const auto v = slot.law->draw(stream.normal(trial, slot.channel, slot.index));
+        z[d] = v.factor * z[d] + v.shift;
+      }
+      const auto expected = drawn_positions(w.errors, points, z);
+      for (int r = 0; r < 6; ++r) CHECK_THAT(out.value(t, r), WithinAbs(expected[static_cast<std::size_t>(r)], 1e-9));
+    }
+  }
+}
+
+TEST_CASE("A law changes no draw but those of the element that has it, and sizes are sds that follow from it") {
+  const Well w = east_west_drawn();
+  const auto places = draw_places(w.errors);
+  const random::ReferenceLaws laws = declination_law({.kind = random::LawKind::laplace}, false);
+  const WellMixing shared = well_mixing(w.errors, laws, places),
+                   each = well_mixing(w.errors, declination_law({.kind = random::LawKind::laplace}, true), places);
+  std::size_t lasting = 0, of_stations = 0;
+  for (std::size_t d = 0; d < w.errors.draws.size(); ++d) {
+    const std::string& code = w.errors.sources[w.errors.draws[d].source].code;
+    const bool of_declination = code.starts_with("DEC") || code.starts_with("DBH");
+    CHECK((shared.slot_of_draw[d] >= 0) == of_declination);
+    CHECK((each.slot_of_draw[d] >= 0) == of_declination);
+    (d < w.errors.station_draws ? lasting : of_stations) += of_declination;
+  }
+  CHECK(lasting == 8);                                // DEC-U, -OS, -OH, -OI, DBH-U, ...
+  CHECK(shared.slots.size() == 1 + of_stations / 2);  // DECR and DBHR of a station share
+  CHECK(each.slots.size() == lasting + of_stations);
+  random::ReferenceLaws sized = laws;
+  sized.elements[0].sd = 0.9;
+  const Eigen::Matrix3Xd before = draw_effects(w.errors, {200, 1}, FirstOrder::minimum_curvature),
+                         after = draw_effects(resized(w.errors, sized), {200, 1}, FirstOrder::minimum_curvature);
+  for (std::size_t d = 0; d < w.errors.draws.size(); ++d) {
+    const auto i = static_cast<Eigen::Index>(d);
+    const double factor = shared.slot_of_draw[d] >= 0 ? 0.9 : 1;
+    CHECK((after.col(i) - factor * before.col(i)).norm() <= 1e-12 * before.col(i).norm());
+  }
+}
+
+TEST_CASE("The reference's share of the lateral variance is that of an independent covariance by source") {
+  // ../shared/spec/references.md, section 3: SRGM and IFR1, two digits; ISCWSA wells 1 and 2.
+  for (const auto& [number, model, expected] :
+       {std::tuple(1, "MWD+SRGM", 0.27), {1, "MWD+IFR1", 0.05}, {2, "MWD+SRGM", 0.25}, {2, "MWD+IFR1", 0.05}}) {
+    const test::IscwsaWell iscwsa = test::iscwsa_well(number);
+    const Well w{iscwsa.survey, model, iscwsa.field, 1, VerticalRule::tilt, iscwsa.tvd};
+    const WellPoint end{w.survey.stations.size() - 1, 1};
+    const survey::Station& last = w.survey.stations.back();
+    const Vector3d lateral(-std::sin(last.azimuth), std::cos(last.azimuth), 0);
+    random::ReferenceLaws laws = declination_law({.kind = random::LawKind::laplace}, false);
+    const auto parts = heavy_parts(well_mixing(w.errors, laws, draw_places(w.errors)),
+                                   draw_effects(w.errors, end, FirstOrder::minimum_curvature), lateral);
+    double share = 0;
+    for (const stats::HeavyPart& p : parts) share += p.weight * p.weight;
+    CAPTURE(number, model);
+    CHECK_THAT(share, WithinAbs(expected, 0.01));
+  }
 }

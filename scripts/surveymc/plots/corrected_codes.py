@@ -9,6 +9,7 @@ Of a result with maps, a panel for each point of the sweep:
 Of a result with wells, a panel for each well:
 <stem>_along    azimuth that is left over that claimed, station by station, a curve a correction; at the end the last position
 <stem>_budget   share of the variance of the last position to the side, by what was drawn
+<stem>_tails    with table `tails`: lateral errors beyond k sd against k, and the line of the normal distribution
 
 each as PNG and SVG. What the result has not is not drawn.
 """
@@ -22,7 +23,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, reading, saving, wording
+from . import drawing, reading, saving, tails, wording
 from .reading import PlotError
 from .tool_codes import cell_edges
 
@@ -290,7 +291,9 @@ def figures_of(file):
     if claims is not None:
         out.append(("along", along_figure(title, claimed, claims, reading.sweep_keys(config, claims))))
         out.append(("budget", budget_figure(title, claimed, budget, reading.sweep_keys(config, budget))))
-    return out
+    beyond = reading.read_table(file, "tails")
+    figure = None if beyond is None else tails.coverage_figure(title, beyond, reading.sweep_keys(config, beyond))
+    return out if figure is None else [*out, ("tails", figure)]
 
 
 def main():

@@ -6,6 +6,8 @@
 <stem>_cloud     realisations with the 1, 2, 3-sigma ellipses of minimum_curvature, in plan and in the vertical section
                  along the well's mean azimuth, a panel a size
 <stem>_sources   single sources: standard deviation along the predicted axis, and what is beside it
+<stem>_tails     with table `tails`: lateral errors beyond k sd against k, and the line of the normal distribution
+<stem>_tails_map over inclination and azimuth of made-up wells: how many are beyond 3.5 sd
 <stem>_map       over inclination and azimuth of made-up wells: ratio of the smallest axis, coverage of the 3-sigma ellipse
 
 each as PNG and SVG, and each only if the file has the data. Depth: the deepest, or the reported one nearest to --md (m).
@@ -16,7 +18,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 
-from . import drawing, geometry, ratios, reading, saving, wording
+from . import drawing, geometry, ratios, reading, saving, tails, wording
 from .reading import PlotError
 
 SPANS = ("well.inclination_deg", "well.azimuth_deg", "errors.multiplier", "errors.vertical")  # keys of a sweep that has figures of its own here
@@ -204,8 +206,8 @@ def main():
     with reading.open_result(arguments.result, "error_model_monte_carlo") as file:
         config = reading.configuration(file)
         title = wording.title_of(file)
-        axes, ellipses, covariances, sources = (reading.read_table(file, n) for n in
-                                                ("axes", "ellipse", "position_covariance", "by_source"))
+        axes, ellipses, covariances, sources, beyond = (reading.read_table(file, n) for n in
+                                                        ("axes", "ellipse", "position_covariance", "by_source", "tails"))
         samples = reading.read_table(file, "realisations", "samples")
     if covariances is None or covariances.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position_covariance' is missing or empty")
@@ -215,6 +217,10 @@ def main():
     others = [k for k in keys if k != MULTIPLIER]
     is_map = axes is not None and INCLINATION in keys and AZIMUTH in keys
     figures = {}
+    if beyond is not None and is_map:
+        figures["tails_map"] = tails.map_figure(title, beyond, keys, md=md)
+    elif beyond is not None:
+        figures["tails"] = tails.coverage_figure(title, beyond, keys, md=md)
     if is_map:
         figures["map"] = map_figure(title, axes, ellipses, md)
     elif axes is not None and axes.rows:
@@ -230,4 +236,4 @@ def main():
     if sources is not None and sources.rows:
         first = reading.sweep_points(covariances, others)[0]
         figures["sources"] = sources_figure(title, reading.at_point(sources, others, first), md)
-    saving.save_all(figures, arguments)
+    saving.save_all({name: figure for name, figure in figures.items() if figure is not None}, arguments)

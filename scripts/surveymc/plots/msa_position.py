@@ -5,6 +5,7 @@
 <stem>_position      final positions of the realisations with sample and predicted error ellipses
 <stem>_parameters    gains and biases: input, mean estimate, 3-sigma intervals (figure 6 of the thesis)
 <stem>_ratio         predicted over Monte-Carlo standard deviation, per direction and propagation
+<stem>_tails         with table `tails`: lateral errors beyond k sd against k, and the line of the normal distribution
 <stem>_noise_scale   the same ratio against the size of the noise, if the run sweeps noise.scale
 
 each as PNG and SVG, and each only if the file has the data. Of a sweep the first three are drawn for the point given
@@ -17,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from . import drawing, geometry, one_point, ratios, reading, saving, wording
+from . import drawing, geometry, one_point, ratios, reading, saving, tails, wording
 from .drawing import LOOK, PROPAGATIONS, PUBLISHED
 from .reading import PlotError, is_zero_to_first_order
 from .wording import SIGMA, counts_text, grouped, number, trials_text
@@ -257,7 +258,7 @@ def main():
         title = wording.title_of(file)
         parameters, position, ellipses, covariances = (reading.read_table(file, n) for n in
                                                        ("parameters", "position", "ellipse", "position_covariance"))
-        cloud = reading.read_table(file, "realisations", "samples")
+        cloud, beyond = reading.read_table(file, "realisations", "samples"), reading.read_table(file, "tails")
     if position is None or position.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position' is missing or empty")
     keys = reading.sweep_keys(config, position)
@@ -277,6 +278,9 @@ def main():
         figures = {n: figures[n] for n in ("position", "parameters", "ratio") if n in figures}  # the order in which they are read
     if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
         figures["noise_scale"] = noise_scale_figure(title, position, keys, float(config.get("verdict", {}).get("margin", 0)), position.confidence)
+    tail_figure = None if beyond is None else tails.coverage_figure(title, beyond, keys)
+    if tail_figure is not None:
+        figures["tails"] = tail_figure
     if not figures:
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I")
     saving.save_all(figures, arguments)
