@@ -9,13 +9,13 @@ if(TARGET surveymc-mpi)
   install(TARGETS surveymc-mpi RUNTIME OPTIONAL)  # all of a build need not be built
 endif()
 
-# The manual page and the completions of bash are made by the program that is installed, when it is: they cannot be of another one.
+# The manual pages and the completions of bash are made by the program that is installed, when it is: they cannot be of another one.
 set(made ${PROJECT_BINARY_DIR}/made_by_program)
 install(CODE "
-  file(MAKE_DIRECTORY ${made})
-  execute_process(COMMAND $<TARGET_FILE:surveymc> man OUTPUT_FILE ${made}/surveymc.1 COMMAND_ERROR_IS_FATAL ANY)
+  file(MAKE_DIRECTORY ${made}/man)
+  execute_process(COMMAND $<TARGET_FILE:surveymc> man -o ${made}/man COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND $<TARGET_FILE:surveymc> completion bash OUTPUT_FILE ${made}/bash COMMAND_ERROR_IS_FATAL ANY)")
-install(FILES ${made}/surveymc.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(DIRECTORY ${made}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${made}/bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME surveymc)
 
 set(share ${CMAKE_INSTALL_DATADIR}/surveymc)
@@ -25,6 +25,7 @@ install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
   PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE
   REGEX "/scripts/(bootstrap|quickstart|test|build_docs|docs_site|draw_[a-z]+|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES cmake/debian/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
 # Licences of what is compiled in; a tarball adds those of the libraries that it brings along.
 set(contained "")
@@ -81,5 +82,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy, python3-h5py, python3-matplotlib, python3-pandas, python3-xarray, python3-jinja2, python3-xxhash")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libjs-three, python3-lxml, python3-openpyxl")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/prerm)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_VERBATIM_VARIABLES ON)
 include(CPack)

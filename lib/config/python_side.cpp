@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// scripts/surveymc beside the program: of the source tree that it was built in, or of its installation. Empty: not
-/// there.
+/// scripts/surveymc beside the program: of the source tree that it was built in, or of its installation; or the package
+/// that the program is part of (a wheel). Empty: not there.
 fs::path python_folder() {
   std::error_code error;
   const fs::path folder = fs::path(own_path()).parent_path();
@@ -25,6 +25,9 @@ fs::path python_folder() {
     const fs::path path = (folder / way / "surveymc").lexically_normal();
     if (fs::is_regular_file(path / "__main__.py", error)) return path;
   }
+  const fs::path native = folder.parent_path();
+  if (native.filename() == "_native" && fs::is_regular_file(native / "../__main__.py", error))
+    return native.parent_path();
   return {};
 }
 

@@ -27,15 +27,16 @@ class RunError(Exception):
 
 
 def find_program():
-    """Path of the program: $SURVEYMC, or that of this source tree (build/surveymc), or of this installation (bin/ of the
-    same prefix), or the one on the PATH. RunError if there is none."""
+    """Path of the program: $SURVEYMC, or the one in this package (a wheel), or that of this source tree (build/surveymc), or of
+    this installation (bin/ of the same prefix), or the one on the PATH. RunError if there is none."""
     named = os.environ.get("SURVEYMC")
     if named:
         if not shutil.which(named):
             raise RunError(f"SURVEYMC={named}: no such program")
         return shutil.which(named)
     tree = os.path.dirname(os.path.dirname(_HERE))  # of scripts/surveymc
-    for place in (os.path.join(tree, "build", "surveymc"), os.path.join(os.path.dirname(os.path.dirname(tree)), "bin", "surveymc")):
+    prefix = os.path.dirname(os.path.dirname(tree))
+    for place in (os.path.join(_HERE, "_native", "bin", "surveymc"), os.path.join(tree, "build", "surveymc"), os.path.join(prefix, "bin", "surveymc")):
         if os.path.isfile(place) and os.access(place, os.X_OK):
             return place
     found = shutil.which("surveymc")

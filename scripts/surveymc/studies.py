@@ -6,7 +6,9 @@ import re
 import tomllib
 
 PACKAGE = os.path.dirname(os.path.realpath(__file__))
-ROOT = os.path.dirname(os.path.dirname(PACKAGE))  # of the source tree, or share/surveymc
+_IN_WHEEL = os.path.join(PACKAGE, "_native", "share", "surveymc")
+#: Of the source tree, or share/surveymc.
+ROOT = _IN_WHEEL if os.path.isdir(_IN_WHEEL) else os.path.dirname(os.path.dirname(PACKAGE))
 SWEEP_CAPTION = "The sweep as a whole: a quantity against the keys that vary."
 NOT_STUDIES = ("bench", "smoke", "examples", "new", "error_models")  # folders of configs/
 
@@ -86,7 +88,7 @@ def config_of(command, title, root=ROOT):
     if name.startswith("configs/") and os.path.exists(os.path.join(root, name)):
         return name
     folder = os.path.join(root, "configs")
-    for part in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:  # pip installs no configs
+    for part in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:  # the package alone has no configs
         path = os.path.join("configs", part, os.path.basename(name))
         if name and title and os.path.isfile(os.path.join(root, path)):
             with open(os.path.join(root, path), encoding="utf-8") as file:

@@ -28,7 +28,7 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
     prefix.rename(moved)  # it works wherever it is put
     share, bin_folder, work = moved / "share/surveymc", moved / "bin", Path(name) / "work"
     work.mkdir()
-    for path in ["share/man/man1/surveymc.1", "share/bash-completion/completions/surveymc",
+    for path in ["share/man/man1/surveymc.1", "share/man/man1/surveymc-run.1", "share/doc/surveymc/copyright", "share/bash-completion/completions/surveymc",
                  "share/doc/surveymc/LICENSE", "share/doc/surveymc/README.md"]:
         assert (moved / path).stat().st_size > 0, path
     licences = moved / "share/doc/surveymc/licences"
