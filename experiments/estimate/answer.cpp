@@ -23,6 +23,40 @@ void say_suspect(compare::Answer& answer, const store::Result& result) {
     answer.say("Readings and reference do not fit together{}, and no single reading explains it.", {suspect.point()});
 }
 
+/// Where the covariance is not to be believed.
+void say_profile(compare::Answer& answer, const store::Result& result) {
+  const Rows profile(result.tables, "intervals");
+  if (profile.empty()) return;
+  const Rows differs = profile.where("covariance", "differs"), worst = profile.at_largest("shift");
+  if (worst.empty()) return;
+  if (differs.empty()) {
+    answer.say("The covariance holds: by the profile no end of an interval moves by more than {} of its half width{}.",
+               {worst.figure("shift"), worst.point()});
+    return;
+  }
+  answer.say(
+      "The covariance does not hold for {} of {} intervals: that of {} is {} to {} by the profile, {} to {} by the "
+      "covariance{}.",
+      {differs.count(), profile.count(), worst.word("quantity"), worst.figure("profile_low"),
+       worst.figure("profile_high"), worst.figure("first_low"), worst.figure("first_high"), worst.point()});
+}
+
+/// Of the estimator "multistation": what the run justifies, and whether that predicts what the fit has not seen.
+void say_sets(compare::Answer& answer, const store::Result& result) {
+  const Rows sets(result.tables, "sets"), justified = sets.where("judgement", "justified").first();
+  if (justified.empty()) return;
+  answer.say("The run justifies the set of parameters \"{}\"{}.", {justified.word("set"), justified.point()});
+  const Rows taken = sets.where("taken", "yes").first();
+  answer.say(
+      "Of stations that the fit has not seen, set \"{}\" by {} takes the spread of the total field from {} to {}, and "
+      "that of the dip from {} to {}.",
+      {taken.word("set"), taken.word("loss"), taken.figure("raw_sd_total_field_nT"), taken.figure("sd_total_field_nT"),
+       taken.figure("raw_sd_dip_deg"), taken.figure("sd_dip_deg")});
+  if (const Rows turned = taken.with("axis_rms_deg"); !turned.empty())
+    answer.say("The axis that the instrument was turned about scatters by {} instead of {}.",
+               {turned.figure("axis_rms_deg"), turned.figure("raw_axis_rms_deg")});
+}
+
 }  // namespace
 
 void answer(compare::Answer& answer, const store::Result& result) {
@@ -48,6 +82,8 @@ void answer(compare::Answer& answer, const store::Result& result) {
   const Rows tests = Rows(result.tables, "tests").without("test", "perfect_tool");
   if (!tests.empty())
     answer.say("{} of {} tests of the readings reject.", {tests.where("decision", "rejected").count(), tests.count()});
+  say_profile(answer, result);
+  say_sets(answer, result);
   say_suspect(answer, result);
 }
 

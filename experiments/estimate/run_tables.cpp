@@ -270,6 +270,27 @@ store::Table without_suspect_table(const analysis::ReadingsAnalysis& a, const an
   return t.take();
 }
 
+store::Table intervals_table(const std::vector<analysis::ProfiledInterval>& intervals,
+                             const analysis::TestLevels& levels) {
+  compare::TableRows t("intervals", "intervals that hold where first order does not, beside those of the covariance" +
+                                        compare::at_confidence(levels.confidence));
+  compare::write_rows(t, intervals, [&](const analysis::ProfiledInterval& x) {
+    t.word("quantity", "gain (1), bias (nT), or coordinate of the last station (m)", x.quantity);
+    t.number("estimate", "1", "in the unit of the quantity", x.estimate, "first_low first_high");
+    t.number("sd", "1", "by the covariance", x.sd);
+    t.number("first_low", "1", "lower bound by the covariance", x.first_low);
+    t.number("first_high", "1", "upper bound by the covariance", x.first_high);
+    t.number("profile_sd", "1", "by the profile", x.profile_sd);
+    t.number("profile_low", "1", "lower bound by the profile", x.profile_low);
+    t.number("profile_high", "1", "upper bound by the profile", x.profile_high);
+    t.number("shift", "1", "how far an end moves at most, in half widths of the covariance's interval", x.shift());
+    t.word("covariance", "holds, or differs: shift above 0.05", x.is_notable() ? "differs" : "holds");
+    t.number("jump_probability", "1", "of errors beyond which the estimate is that of another minimum",
+             x.jump_probability);
+  });
+  return t.take();
+}
+
 }  // namespace
 
 store::Table warnings_table(const std::vector<analysis::Warning>& warnings) {
@@ -282,6 +303,7 @@ std::vector<store::Table> result_tables(const survey::SixAxisReadings& readings,
                                         const analysis::ReadingsAnalysis& analysis, const analysis::TestLevels& levels,
                                         const std::vector<analysis::ReadingsTest>& tests,
                                         const std::optional<analysis::Suspect>& examined,
+                                        const std::vector<analysis::ProfiledInterval>& profiled,
                                         const std::vector<analysis::Warning>& warnings) {
   std::vector<store::Table> tables{parameters_table(analysis, levels),
                                    covariance_table(analysis),
@@ -291,6 +313,7 @@ std::vector<store::Table> result_tables(const survey::SixAxisReadings& readings,
                                    stations_table(readings, field, analysis),
                                    tests_table(tests),
                                    warnings_table(warnings)};
+  if (!profiled.empty()) tables.insert(tables.end() - 1, intervals_table(profiled, levels));
   if (analysis.reference) tables.insert(tables.begin() + 1, reference_table(analysis, field, levels));
   if (examined) {
     tables.insert(tables.end() - 1, suspect_readings_table(readings, *examined));

@@ -5,6 +5,7 @@
 
 #include "analysis/estimate_warnings.h"
 #include "analysis/readings_analysis.h"
+#include "analysis/readings_profile.h"
 #include "analysis/readings_tests.h"
 #include "store/table.h"
 #include "study/experiment.h"
@@ -42,6 +43,7 @@ std::vector<store::Table> result_tables(const survey::SixAxisReadings& readings,
                                         const analysis::ReadingsAnalysis& analysis, const analysis::TestLevels& levels,
                                         const std::vector<analysis::ReadingsTest>& tests,
                                         const std::optional<analysis::Suspect>& examined,
+                                        const std::vector<analysis::ProfiledInterval>& profiled,
                                         const std::vector<analysis::Warning>& warnings);
 
 }  // namespace surveymc::studies::estimate

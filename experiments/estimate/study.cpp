@@ -8,10 +8,12 @@
 #include "analysis/estimate_warnings.h"
 #include "analysis/msa_prediction.h"
 #include "analysis/readings_analysis.h"
+#include "analysis/readings_profile.h"
 #include "analysis/readings_tests.h"
 #include "config/meanings.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_readings.h"
+#include "estimate/multistation_readings.h"
 #include "estimate/run_tables.h"
 #include "estimate/single_station_readings.h"
 #include "scenario/input_remarks.h"
@@ -35,7 +37,8 @@ struct Scenario {
 bool solves_by_station(config::ConfigReader& c) {
   std::vector<std::string> known = analysis::readings_estimators();
   known.insert(known.end(), station_estimators().begin(), station_estimators().end());
-  known.emplace_back("chained");  // which has a reader of its own
+  known.emplace_back("chained");  // which have readers of their own
+  known.emplace_back("multistation");
   const std::string name =
       c.choice("estimator.name", known, "estimator of the readings; all that need no true attitude");
   return std::find(station_estimators().begin(), station_estimators().end(), name) != station_estimators().end();
@@ -86,10 +89,12 @@ std::vector<store::Table> estimate_run(const Scenario& s) {
   const std::vector<analysis::ReadingsTest> tests = analysis::judge_readings(s.readings, a, s.levels);
   const std::optional<analysis::Suspect> examined =
       analysis::examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);
+  const std::vector<analysis::ProfiledInterval> profiled =
+      analysis::profile_readings(s.readings, s.field, s.noise, s.estimator, a, s.levels.confidence);
   std::vector<analysis::Warning> warnings =
-      analysis::warnings_of_estimate(s.readings, s.field, s.noise, a, tests, examined);
+      analysis::warnings_of_estimate(s.readings, s.field, s.noise, a, tests, examined, profiled);
   if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
-  return result_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
+  return result_tables(s.readings, s.field, a, s.levels, tests, examined, profiled, warnings);
 }
 
 }  // namespace
@@ -99,8 +104,10 @@ study::Experiment experiment() {
           "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
           "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
           [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            if (config.has("estimator.name") && config.text("estimator.name", config::kMeaningElsewhere) == "chained")
-              return chained_readings_result(config);
+            const std::string name =
+                config.has("estimator.name") ? config.text("estimator.name", config::kMeaningElsewhere) : "";
+            if (name == "chained") return chained_readings_result(config);
+            if (name == "multistation") return multistation_readings_result(config);
             return std::make_unique<EstimatePlan<Scenario, estimate_run>>(read_scenario(config));
           }};
 }

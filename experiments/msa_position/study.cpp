@@ -363,7 +363,11 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     r.tables.push_back(ellipse_table(tally));
     r.tables.push_back(covariance_table(tally));
     if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));
-    if (orders_ && orders_->profile) r.tables.push_back(order_coverage_table(tally));
+    if (orders_ && orders_->profile) {
+      r.tables.push_back(order_coverage_table(tally));
+      r.tables.push_back(profile_path_table());
+      r.tables.push_back(density_table());
+    }
   }
   if (s_.tails.wanted) {
     const bool drawn = tally.trials > 0;

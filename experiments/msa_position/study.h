@@ -126,6 +126,8 @@ class PositionPoint final : public study::StudyPoint {
   store::Table samples_table(const stats::Tally& tally) const;
   store::Table orders_table(const stats::Tally& tally) const;
   store::Table order_coverage_table(const stats::Tally& tally) const;
+  store::Table profile_path_table() const;
+  store::Table density_table() const;
 
   static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
 

@@ -177,11 +177,31 @@ void warn_of_accelerometers(const survey::SixAxisReadings& r, const survey::Refe
                               worst, count, count == 1 ? "" : "s", fmt::join(bad, ", "), count > 5 ? ", ..." : "")});
 }
 
+void warn_of_profile(const std::vector<ProfiledInterval>& profiled, Warnings& out) {
+  std::vector<std::string> differ;
+  double jump = 0;
+  for (const ProfiledInterval& x : profiled) {
+    jump = std::max(jump, x.jump_probability);
+    if (x.is_notable())
+      differ.push_back(fmt::format("{} {:.4g} .. {:.4g} (covariance {:.4g} .. {:.4g})", x.quantity, x.profile_low,
+                                   x.profile_high, x.first_low, x.first_high));
+  }
+  if (!differ.empty())
+    out.push_back({"warning", fmt::format("the covariance does not hold: errors of the claimed size move the estimate "
+                                          "out of proportion. Take the profile's intervals: {}",
+                                          fmt::join(differ, ", "))});
+  if (constexpr double kRare = 1e-4; jump > kRare)
+    out.push_back({"warning", fmt::format("with a probability of {:.2g} the estimate is that of another minimum than "
+                                          "the truth: no interval shows it",
+                                          jump)});
+}
+
 }  // namespace
 
 Warnings warnings_of_estimate(const survey::SixAxisReadings& readings, const survey::ReferenceField& field,
                               const sensor::NoiseModel& noise, const ReadingsAnalysis& analysis,
-                              const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined) {
+                              const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined,
+                              const std::vector<ProfiledInterval>& profiled) {
   Warnings all;
   warn_of_accelerometers(readings, field, noise, analysis, all);
   warn_of_stations(readings, analysis, all);
@@ -189,6 +209,7 @@ Warnings warnings_of_estimate(const survey::SixAxisReadings& readings, const sur
   warn_of_observability(analysis, field, all);
   warn_of_reference(analysis, all);
   warn_of_tests(tests, examined, all);
+  warn_of_profile(profiled, all);
   const auto rank = [](const Warning& w) { return w.severity == "severe" ? 0 : w.severity == "warning" ? 1 : 2; };
   std::stable_sort(all.begin(), all.end(), [&](const Warning& a, const Warning& b) { return rank(a) < rank(b); });
   return all;

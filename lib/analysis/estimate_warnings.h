@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "analysis/readings_analysis.h"
+#include "analysis/readings_profile.h"
 #include "analysis/readings_tests.h"
 #include "analysis/suspect_readings.h"
 
@@ -14,10 +15,12 @@ struct Warning {
 };
 
 /// The severe ones first. Few stations, poor rotation, combinations that the stations do not determine, implausible
-/// parameters, residuals that do not fit, suspect stations, accelerometers that do not read gravity.
+/// parameters, residuals that do not fit, suspect stations, accelerometers that do not read gravity, intervals that are
+/// not those of the covariance.
 std::vector<Warning> warnings_of_estimate(const survey::SixAxisReadings& readings, const survey::ReferenceField& field,
                                           const sensor::NoiseModel& noise, const ReadingsAnalysis& analysis,
                                           const std::vector<ReadingsTest>& tests,
-                                          const std::optional<Suspect>& examined);
+                                          const std::optional<Suspect>& examined,
+                                          const std::vector<ProfiledInterval>& profiled = {});
 
 }  // namespace surveymc::analysis

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 
 #include "base/units.h"
-#include "estimate/sensitivity.h"
 #include "simd/dual.h"
 #include "simd/jet.h"
 #include "stats/linear_algebra.h"
@@ -705,13 +704,40 @@ orders::Expansion MsaChain::expand(const VectorXd& z, const VectorXd& state,
   return e;
 }
 
-MatrixXd MsaChain::directions(const VectorXd& state) const {
-  const Linearised l = linearise(VectorXd::Zero(dimension()), state);
+MatrixXd MsaChain::unknowns_by_own_normals(const Linearised& l) const {
   MatrixXd by_own = MatrixXd::Zero(kUnknowns, dimension());
   for (const Station& s : l.stations)
     for (int i = 0; i < kInputs; ++i)
       if (const int row = s.row[static_cast<std::size_t>(i)]; row >= 0)
         by_own.col(row) = s.size[i] * s.unknowns_by_inputs.col(i);
+  return by_own;
+}
+
+Vector6d MsaChain::parameters(const VectorXd& state) const {
+  const Eigen::Array3d gain = state.head<3>().array().inverse();
+  Vector6d x;
+  x << gain, state.segment<3>(3).array() * gain * model_.total;
+  return x;
+}
+
+MatrixXd MsaChain::parameters_by_normals(const VectorXd& z, const VectorXd& state) const {
+  const Linearised l = linearise(z, state);
+  if (!l.at.converged) return MatrixXd::Constant(6, z.size(), kNaN);
+  MatrixXd unknowns = unknowns_by_own_normals(l);
+  for (std::size_t i = 0; i < l.rows_of_run.size(); ++i)
+    unknowns.col(l.rows_of_run[i]) = l.unknowns_of_run.col(static_cast<Eigen::Index>(i));
+  MatrixXd out(6, z.size());
+  for (int i = 0; i < 3; ++i) {  // gain = 1 / p, bias = total q / p
+    const double p = l.at.x[static_cast<std::size_t>(i)], q = l.at.x[static_cast<std::size_t>(3 + i)];
+    out.row(i) = -unknowns.row(i) / (p * p);
+    out.row(3 + i) = model_.total * (unknowns.row(3 + i) / p - unknowns.row(i) * q / (p * p));
+  }
+  return out;
+}
+
+MatrixXd MsaChain::directions(const VectorXd& state) const {
+  const Linearised l = linearise(VectorXd::Zero(dimension()), state);
+  MatrixXd by_own = unknowns_by_own_normals(l);
   // In units of each unknown's sd: which are then told from rounding.
   std::vector<VectorXd> basis;
   for (const int row : l.rows_of_run) basis.push_back(VectorXd::Unit(dimension(), row));

@@ -12,6 +12,7 @@
 
 #include "estimate/estimator.h"
 #include "estimate/field_fit_point.h"
+#include "estimate/sensitivity.h"
 #include "orders/chain.h"
 #include "sensor/readings_of_normals.h"
 #include "survey/survey.h"
@@ -49,6 +50,10 @@ class MsaChain final : public orders::Chain {
   Eigen::MatrixXd directions(const Eigen::VectorXd& state) const;
   const sensor::ReadingNormals& normals() const { return normals_; }
 
+  /// Gains and biases (nT) of a state, and their derivatives by all normals (6 x d), NaN where there is no estimate.
+  estimate::Vector6d parameters(const Eigen::VectorXd& state) const;
+  Eigen::MatrixXd parameters_by_normals(const Eigen::VectorXd& z, const Eigen::VectorXd& state) const;
+
  private:
   struct Station;
   struct Linearised;
@@ -56,6 +61,8 @@ class MsaChain final : public orders::Chain {
   Eigen::Matrix3Xd positions_of(const survey::ReadingBlock& readings,
                                 const std::vector<estimate::FieldFitPoint>& estimates) const;
   Linearised linearise(const Eigen::VectorXd& z, const Eigen::VectorXd& state) const;
+  /// Of the unknowns by the normals that are drawn for a station alone, 8 x d; those of the run have zeros.
+  Eigen::MatrixXd unknowns_by_own_normals(const Linearised& linearised) const;
 
   MsaTrials trials_;
   estimate::FieldFitModel model_;

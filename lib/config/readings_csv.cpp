@@ -122,7 +122,8 @@ survey::SixAxisReadings readings_from_table(const InputTable& table, const Readi
             "{}:{}: {}, {}, {}: their vector is {:.4g} m/s2 long, the reference is {:.4g}: is the unit right, are the "
             "columns in place?",
             table.path, line, names[1], names[2], names[3], norm(g), conventions.gravity);
-    require(field > 1.0 / 3 && field < 3,
+    const double widest = conventions.is_uncalibrated ? 10 : 3;
+    require(field * widest > 1 && field < widest,
             "{}:{}: {}, {}, {}: their vector is {:.6g} nT long, the reference is {:.6g}: is the unit right, are the "
             "columns in place?",
             table.path, line, names[4], names[5], names[6], norm(b), conventions.total_field);

@@ -30,18 +30,23 @@ struct ExpansionParts {
   bool squares = false;
 };
 
-class Chain {
+/// What a profile needs to know of F.
+class PathChain {
  public:
-  virtual ~Chain() = default;
+  virtual ~PathChain() = default;
   virtual Eigen::Index dimension() const = 0;
-  /// F at every column of z. NaN where it has no value.
-  virtual Eigen::Matrix3Xd values(const Eigen::MatrixXd& z) const = 0;
   /// F(t v) for rising t. Where F has several branches (a second minimum of an estimate), that of the lower cost:
   /// every point is sought from the truth and from its neighbours.
   virtual Path path(const Eigen::VectorXd& v, const std::vector<double>& t) const = 0;
   /// At z, on the branch of `state` (that of a point near by). Memory is linear in d.
   virtual Expansion expand(const Eigen::VectorXd& z, const Eigen::VectorXd& state,
                            const ExpansionParts& parts) const = 0;
+};
+
+class Chain : public PathChain {
+ public:
+  /// F at every column of z. NaN where it has no value.
+  virtual Eigen::Matrix3Xd values(const Eigen::MatrixXd& z) const = 0;
 };
 
 /// Mean and covariance of the error of a position, N, E, V: m, m2.
@@ -56,7 +61,7 @@ struct Centre {
   Eigen::VectorXd state;
   Expansion expansion;
 };
-Centre centre_of(const Chain& chain, const ExpansionParts& parts);
+Centre centre_of(const PathChain& chain, const ExpansionParts& parts);
 
 /// F(0) and J J'.
 Moments first_order(const Centre& centre);

@@ -92,6 +92,16 @@ double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double
   return 0.5 * (lo + hi);
 }
 
+double density(const Mixture& mixture, const Eigen::Vector3d& direction, double x) {
+  double sum = 0;
+  for (const Line& l : along(mixture, direction)) {
+    if (!(l.sd > 0)) continue;
+    const double u = (x - l.mean) / l.sd;
+    sum += l.weight * std::exp(-0.5 * u * u) / (l.sd * std::sqrt(2 * kPi));
+  }
+  return sum;
+}
+
 std::vector<double> inside_ellipse(const Mixture& mixture, const Eigen::Vector3d& centre, const Eigen::Matrix3d& c,
                                    const std::vector<double>& k) {
   const Eigen::Matrix2d horizontal = c.topLeftCorner<2, 2>();

@@ -26,6 +26,9 @@ Shape shape_along(const Mixture& mixture, const Eigen::Vector3d& direction);
 /// The x with P(component <= x) = p, p in (0, 1).
 double quantile(const Mixture& mixture, const Eigen::Vector3d& direction, double p);
 
+/// Probability density of the component, 1/m, without parts that have no spread (without_gaps() in profile.h has none).
+double density(const Mixture& mixture, const Eigen::Vector3d& direction, double x);
+
 /// Probability of (x - centre)' C^-1 (x - centre) <= k^2 of the horizontal parts of x, centre and C, for every k: what
 /// the ellipse of k sigma holds. By quadrature, right to 1e-6 a part; the parts of a profile of 241 points without
 /// spread along it leave 2e-3 of the 1 sigma ellipse and less of larger ones. NaN where the ellipse has no area.

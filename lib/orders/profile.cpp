@@ -109,7 +109,21 @@ std::vector<Jump> jumps_of(const Profile& p) {
 
 }  // namespace
 
-Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& options) {
+Mixture without_gaps(const Profile& p) {
+  Mixture mixture = p.mixture;
+  const auto step = [&p](std::size_t i) -> Eigen::Vector3d {
+    return p.path.col(static_cast<Eigen::Index>(i + 1)) - p.path.col(static_cast<Eigen::Index>(i));
+  };
+  for (std::size_t i = 0; i < mixture.size() && mixture.size() > 1; ++i) {
+    // The shorter of the steps beside it: the longer one may be a jump.
+    Eigen::Vector3d own = step(std::min(i, mixture.size() - 2));
+    if (i > 0 && step(i - 1).norm() < own.norm()) own = step(i - 1);
+    mixture[i].covariance += own * own.transpose() / 4;
+  }
+  return mixture;
+}
+
+Profile profile(const PathChain& chain, const Centre& centre, const ProfileOptions& options) {
   assert(options.grid >= 3 && options.nodes >= 3 && options.nodes % 2 == 1);
   const Eigen::Index d = chain.dimension();
   const Expansion& e = centre.expansion;

@@ -39,7 +39,11 @@ struct Profile {
   int points_left_out = 0;      ///< without a value
 };
 
+/// The mixture for quantiles and densities: every part has an sd of half its own step of the path, too, without which
+/// parts that have no other spread are a comb. It adds 3e-4 to an sd at 241 points, and leaves 1.4 % of the comb.
+Mixture without_gaps(const Profile& profile);
+
 /// `centre` with squares.
-Profile profile(const Chain& chain, const Centre& centre, const ProfileOptions& options = {});
+Profile profile(const PathChain& chain, const Centre& centre, const ProfileOptions& options = {});
 
 }  // namespace surveymc::orders

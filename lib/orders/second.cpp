@@ -2,7 +2,7 @@
 
 namespace surveymc::orders {
 
-Centre centre_of(const Chain& chain, const ExpansionParts& parts) {
+Centre centre_of(const PathChain& chain, const ExpansionParts& parts) {
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(chain.dimension());
   const Path point = chain.path(zero, {0.0});
   const Eigen::VectorXd state = point.states.rows() > 0 ? Eigen::VectorXd(point.states.col(0)) : Eigen::VectorXd();

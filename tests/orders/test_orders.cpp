@@ -9,6 +9,7 @@
 #include "orders/profile.h"
 #include "orders/second.h"
 #include "orders/sigma_points.h"
+#include "stats/intervals.h"
 #include "stats/normal_tail.h"
 
 using namespace surveymc;
@@ -208,6 +209,23 @@ TEST_CASE("The profile of an arc has its exact moments where second order no lon
     below += h * std::exp(-0.5 * z * z) / std::sqrt(2 * kPi) *
              stats::normal_upper_tail(Arc::R * (std::cos(Arc::s * z) - 1) - x, Arc::noise);
   CHECK_THAT(below, WithinAbs(0.05, 3e-4));
+}
+
+TEST_CASE("The density of a profile is the exact one where the path is all there is") {
+  // F = t + t^2 / 8 rises from t = -4 on: x has the density phi(t) / (1 + t / 4) there.
+  const GivenChain chain(1, [](const VectorXd& z) { return Vector3d(z[0] + z[0] * z[0] / 8, 0, 0); });
+  ExpansionParts parts;
+  parts.squares = true;
+  const Mixture mixture = without_gaps(profile(chain, centre_of(chain, parts)));
+  const Vector3d along = Vector3d::UnitX();
+  for (double t = -2; t <= 3; t += 0.11) {
+    const double exact = std::exp(-0.5 * t * t) / std::sqrt(2 * kPi) / (1 + t / 4);
+    CHECK_THAT(density(mixture, along, t + t * t / 8), WithinRel(exact, 0.02));
+  }
+  for (const double p : {0.025, 0.3, 0.975}) {
+    const double t = stats::normal_quantile(p);
+    CHECK_THAT(quantile(mixture, along, p), WithinAbs(t + t * t / 8, 0.003 * (1 + t / 4)));
+  }
 }
 
 TEST_CASE("A jump of the chain is found with its probability, and a wild node is left out") {

@@ -5,6 +5,7 @@
 Of a result with maps, a panel for each point of the sweep:
 <stem>_class    what the correction does in every direction of the hole: four colours, hatched where nothing is determined; the
                 circle of 15 degrees about magnetic east and west and the line kappa = 0.12, inside which axial correction fails
+<stem>_order_needed  the order of prediction that the last position to the side needs there, if the config has predictions beyond first order
 <stem>_world    the same of one well at every place, with coast lines
 Of a result with wells, a panel for each well:
 <stem>_along    azimuth that is left over that claimed, station by station, a curve a correction; at the end the last position
@@ -23,7 +24,8 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, reading, saving, tails, wording
+from . import drawing, order_map, reading, saving, tails, wording
+from .msa_benefit import panels_of
 from .reading import PlotError
 from .tool_codes import cell_edges
 
@@ -288,6 +290,10 @@ def figures_of(file):
                   (tuple(a[1][i] for a, i in zip(found[1][:-2], index)) for index in np.ndindex(found[0].shape[:-2]))]
         norths = [float(p.get("field.declination_deg", config.get("field", {}).get("declination_deg", 0.0))) for p in points]
         out.append(("class", class_figure(title, claimed, found, kappa, norths)))
+    orders = read_map(file, "order_needed")
+    if orders is not None and orders[1][-1][0] == "azimuth":
+        out.append(("order_needed", order_map.figure(title, "the last position to the side of the hole", panels_of(*orders),
+                                                     orders[1][-2][1], orders[1][-1][1])))
     if claims is not None:
         out.append(("along", along_figure(title, claimed, claims, reading.sweep_keys(config, claims))))
         out.append(("budget", budget_figure(title, claimed, budget, reading.sweep_keys(config, budget))))

@@ -7,6 +7,9 @@
 <stem>_azimuth       how the correction changes the azimuth along the hole, with its uncertainty
 <stem>_plan          the raw and the corrected path from above, with error ellipses
 
+of the estimator "multistation" instead of these
+<stem>_sets          what the run justifies, and what each set of parameters and loss predicts of stations that it has not seen
+
 each as PNG and SVG. A sweep is drawn for the point given by --point (counted from 0, in the order of the file); the
 figures are then named <stem>_point<I>_<figure>.
 """
@@ -18,7 +21,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from ..arguments import USAGE
-from . import drawing, geometry, one_point, reading, saving, wording
+from . import drawing, geometry, one_point, reading, saving, sets_figure, wording
 from .reading import PlotError
 from .wording import number
 
@@ -208,6 +211,13 @@ def main():
         if reading.read_table(file, "modes") is not None:
             raise PlotError(f"{arguments.result}: of the chained estimator: draw it with surveymc plot chained")
         tables = {n: reading.read_table(file, n) for n in TABLES}
+        sets = reading.read_table(file, "sets")
+    if sets is not None:
+        points = reading.sweep_points(sets, reading.sweep_keys(config, sets))
+        if len(points) > 1:
+            raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I", USAGE)
+        saving.save_all({"sets": sets_figure.figure(title, sets)}, arguments)
+        return
     for name, table in tables.items():
         if table is None or (table.rows == 0 and name != "warnings"):
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")

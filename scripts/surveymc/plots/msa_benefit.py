@@ -4,6 +4,7 @@
 
 <stem>_azimuth_ratio   sd of azimuth after MSA over that before, for every direction of the hole
 <stem>_lateral_ratio   the same of the last position to the side of the hole
+<stem>_order_needed    the order of prediction that this position needs, if the config has predictions beyond first order
 
 each as PNG and SVG, one panel for each point of the sweep. The thick line is the ratio 1: MSA changes nothing there.
 """
@@ -17,7 +18,7 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, reading, saving, wording
+from . import drawing, order_map, reading, saving, wording
 from .reading import PlotError
 
 SPANS = ("well.kind", "sensor.spread.axial_bias_nT", "estimator.name")  # keys of a sweep that has figures of its own here
@@ -153,6 +154,11 @@ def main():
     with reading.open_result(arguments.result, "msa_benefit") as file:
         title = wording.title_of(file)
         maps = [(name, meaning, *read_map(file, name)) for name, meaning in QUANTITIES]
+        orders = read_map(file, "order_needed") if "maps/order_needed" in file else None
     folder = saving.figures_folder(arguments.output, arguments.result)
     for name, meaning, values, axes in maps:
         saving.save(figure_of(title, meaning, values, axes), folder, f"{stem}_{name}")
+    if orders is not None:
+        values, axes = orders
+        saving.save(order_map.figure(title, "the last position to the side of the hole", panels_of(values, axes), axes[-2][1], axes[-1][1]),
+                    folder, f"{stem}_order_needed")

@@ -5,8 +5,10 @@
 <stem>_position      final positions of the realisations with sample and predicted error ellipses
 <stem>_parameters    gains and biases: input, mean estimate, 3-sigma intervals (figure 6 of the thesis)
 <stem>_ratio         predicted over Monte-Carlo standard deviation, per direction and propagation
+<stem>_profile       the path of the position along the errors that move it most, and densities beside the realisations
 <stem>_tails         with table `tails`: lateral errors beyond k sd against k, and the line of the normal distribution
 <stem>_noise_scale   the same ratio against the size of the noise, if the run sweeps noise.scale
+<stem>_orders        the same for every formulation of prediction.orders
 
 each as PNG and SVG, and each only if the file has the data. Of a sweep the first three are drawn for the point given
 by --point (counted from 0, in the order of the file) and are then named <stem>_point<I>_<figure>.
@@ -17,6 +19,7 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from . import drawing, geometry, one_point, ratios, reading, saving, tails, wording
 from .drawing import LOOK, PROPAGATIONS, PUBLISHED
@@ -219,31 +222,102 @@ def length(metres):
     return f"{number(metres)} m" if not abs(metres) < 0.1 else f"{number(1000 * metres)} mm"
 
 
-# --- 4: noise scale -------------------------------------------------------------------------------------------------
+# --- 4: profile -----------------------------------------------------------------------------------------------------
+
+
+def profile_figure(title, path, density, orders, samples, ellipses):
+    """The position along the errors that move it most, and the densities that follow, beside the realisations."""
+    truth = ellipses.row(formulation="joint")
+    inputs = {orders.row(quantity=q)["input"] for q in ("north", "east")}
+    figure, axes = drawing.panels(1 + len(set(density["quantity"])), (4.6, 3.6))
+    drawing.heading(figure, title, "Error of the final position by the profile, which follows the direction of the errors that moves it most "
+                    f"({', '.join(sorted(i.replace('_', ' ') for i in inputs))}), and by first order."
+                    + (f" Histogram: {grouped(samples.rows)} realisations." if samples else ""))
+    colours = {"profile": "#009E73", "first": LOOK["joint"]["color"]}
+    leap = np.flatnonzero(np.abs(np.diff(path["along_m"])) > 8 * np.median(np.abs(np.diff(path["along_m"]))))
+    along = np.insert(path["along_m"], leap + 1, np.nan)  # a gap where the estimate goes over to another minimum
+    axes[0].plot(np.insert(path["t"], leap + 1, np.nan), along, color=colours["profile"], linewidth=1.8)
+    axes[0].plot(path["t"], path["first_m"], color=colours["first"], linestyle=LOOK["joint"]["linestyle"], linewidth=1.3)
+    axes[0].set_xlabel("Errors along that direction (standard deviations)")
+    axes[0].set_ylabel("Error along the major axis (m)")
+    axes[0].set_title("(a) The path")
+    for letter, ax, name in zip("bc", axes[1:], dict.fromkeys(density["quantity"])):
+        rows = density.where(lambda i: density["quantity"][i] == name)
+        azimuth = np.radians(rows["azimuth_deg"][0])
+        if samples:
+            x = np.cos(azimuth) * (samples["north_m"] - truth["center_north_m"]) + np.sin(azimuth) * (samples["east_m"] - truth["center_east_m"])
+            ax.hist(x, bins=np.linspace(rows["error_m"][0], rows["error_m"][-1], 81), density=True, color=LOOK["monte_carlo"]["color"], alpha=0.35)
+        for which, line in (("profile", "-"), ("first", LOOK["joint"]["linestyle"])):
+            ax.plot(rows["error_m"], rows[which], color=colours[which], linestyle=line, linewidth=1.5)
+        peak = max(rows["profile"].max(), rows["first"].max())
+        ax.set_yscale("log")
+        ax.set_ylim(peak / 3e4, 2 * peak)
+        ax.set_xlabel(f"Error {'along the major axis' if name == 'along' else 'across it'} (m)")
+        ax.set_ylabel("Density (1/m)")
+        ax.set_title(f"({letter}) {name.capitalize()}, azimuth {np.degrees(azimuth) % 360:.1f}\N{DEGREE SIGN}")
+    handles = [Line2D([], [], color=colours["profile"], label="profile"),
+               Line2D([], [], color=colours["first"], linestyle=LOOK["joint"]["linestyle"], label="first order (joint)")]
+    if samples:
+        handles.append(Patch(color=LOOK["monte_carlo"]["color"], alpha=0.35, label="Monte Carlo"))
+    drawing.legend_below(figure, handles)
+    return figure
+
+
+# --- 5: noise scale -------------------------------------------------------------------------------------------------
+
+
+def ratios_against_noise(table, others, curve, formulation, quantity):
+    """Rows of one curve that first order does not leave at zero; none without such rows."""
+    rows = reading.at_point(table, [*others, "formulation", "quantity"], [*curve, formulation, quantity])
+    return rows.where(lambda i: np.isfinite(rows["ratio"][i]) and not is_zero_to_first_order({k: rows[k][i] for k in ("analytic", "ratio")}))
 
 
 def noise_scale_figure(title, table, keys, margin, confidence):
-    """Ratio of the joint prediction against the noise: it tends to 1 where only nonlinearity kept it away."""
+    """Ratio of the joint prediction against the noise, and of the profile: the first tends to 1 where only nonlinearity kept it away."""
     others = [k for k in keys if k != "noise.scale"]
-    curves = {wording.point_name(others, c) or "joint": c for c in reading.sweep_points(table, others)}
-    joint = table.where(lambda i: table["formulation"][i] == "joint")
+    cases = {wording.point_name(others, c) or "joint": c for c in reading.sweep_points(table, others)}
+    shown = [f for f in ("joint", "profile") if f in table["formulation"]]
     markers, lines = "osD^vP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
-    looks = {name: (palette[c % len(palette)], lines[c % 4], markers[c % 8]) for c, name in enumerate(curves)}
+    curves, looks = {}, {}
+    for c, (name, case) in enumerate(cases.items()):
+        for formulation in shown:
+            label = name if formulation == "joint" else f"{name}, profile"
+            curves[label] = case, formulation
+            looks[label] = palette[c % len(palette)], lines[c % 4] if formulation == "joint" else "none", markers[c % 8] if formulation == "joint" else "_"
     panels = []
     for d, label in DIRECTIONS:
-        shown = {}
-        for name, curve in curves.items():
-            rows = reading.at_point(joint, [*others, "quantity"], [*curve, f"sigma3_{d}"])
-            rows = rows.where(lambda i: np.isfinite(rows["ratio"][i]) and not is_zero_to_first_order({k: rows[k][i] for k in ("analytic", "ratio")}))
-            if rows.rows:
-                shown[name] = rows
-        zero = [name for name in curves if name not in shown]
-        note = f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(curves)} curves'}:\nzero to first order, not drawn" if zero else ""
-        panels.append((label, shown, note, {}))
-    return ratios.curves_figure(title, "Joint prediction over Monte-Carlo standard deviation of the final position. "
+        found = {name: ratios_against_noise(table, others, *curve, f"sigma3_{d}") for name, curve in curves.items()}
+        found = {name: rows for name, rows in found.items() if rows.rows}
+        zero = [name for name in cases if name not in found]
+        found = {name: rows for name, rows in found.items() if name.removesuffix(", profile") not in zero}
+        note = f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(cases)} curves'}:\nzero to first order, not drawn" if zero else ""
+        panels.append((label, found, note, {}))
+    text = "Joint prediction (curves) and profile (bars)" if len(shown) > 1 else "Joint prediction"
+    return ratios.curves_figure(title, f"{text} over Monte-Carlo standard deviation of the final position. "
                                 f"{counts_text(table['trials'])} trials a point. All points use the same random numbers: an offset that all of "
                                 "them share is sampling error.", panels, looks, "noise.scale", confidence, margin,
+                                "noise scale (1: as in the config)", sorted(set(table["noise.scale"])))
+
+
+ORDERS = {"joint": ("first order (joint)", "#D55E00", "-", "o"), "second": ("second order", "#0072B2", (0, (6, 2)), "s"),
+          "unscented": ("unscented", "#A8508A", (0, (3, 1.5)), "D"), "cubature5": ("cubature of degree 5", "#E69F00", (0, (1, 1.2)), "^"),
+          "profile": ("profile", "#009E73", "-", "v")}
+
+
+def orders_figure(title, table, keys, margin, confidence):
+    """Ratio of every formulation beyond first order against the noise: a panel a case and direction."""
+    others = [k for k in keys if k != "noise.scale"]
+    panels = []
+    for case in reading.sweep_points(table, others):
+        for d, label in DIRECTIONS[:2]:
+            found = {ORDERS[f][0]: ratios_against_noise(table, others, case, f, f"sigma3_{d}") for f in ORDERS if f in table["formulation"]}
+            found = {name: rows for name, rows in found.items() if rows.rows}
+            if found:
+                panels.append((", ".join(filter(None, (wording.point_name(others, case), label.lower()))), found, "", {}))
+    return ratios.curves_figure(title, "Predicted over Monte-Carlo standard deviation of the final position, by formulation. "
+                                f"{counts_text(table['trials'])} trials a point, the same random numbers at all of them.", panels,
+                                {label: look for label, *look in ORDERS.values()}, "noise.scale", confidence, margin,
                                 "noise scale (1: as in the config)", sorted(set(table["noise.scale"])))
 
 
@@ -259,6 +333,7 @@ def main():
         parameters, position, ellipses, covariances = (reading.read_table(file, n) for n in
                                                        ("parameters", "position", "ellipse", "position_covariance"))
         cloud, beyond = reading.read_table(file, "realisations", "samples"), reading.read_table(file, "tails")
+        path, density, orders = (reading.read_table(file, n) for n in ("profile_path", "density", "orders"))
     if position is None or position.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position' is missing or empty")
     keys = reading.sweep_keys(config, position)
@@ -267,6 +342,8 @@ def main():
     if len(points) == 1:
         title += f": {wording.point_name(keys, points[0])}" if keys else ""
         figures["ratio"] = ratio_figure(title, position, position.confidence)
+        if path and density and orders:
+            figures["profile"] = profile_figure(title, path, density, orders, cloud if cloud and cloud.rows else None, ellipses)
         if parameters:
             figures["parameters"] = parameters_figure(title, parameters)
         if cloud is None or cloud.rows == 0:
@@ -275,9 +352,12 @@ def main():
             print("no position figure: the file has no error ellipses", file=sys.stderr)
         else:
             figures["position"] = position_figure(title, cloud, covariances, ellipses)
-        figures = {n: figures[n] for n in ("position", "parameters", "ratio") if n in figures}  # the order in which they are read
+        figures = {n: figures[n] for n in ("position", "parameters", "ratio", "profile") if n in figures}  # the order in which they are read
     if "noise.scale" in keys and len(set(position["noise.scale"])) > 1:
-        figures["noise_scale"] = noise_scale_figure(title, position, keys, float(config.get("verdict", {}).get("margin", 0)), position.confidence)
+        margin = float(config.get("verdict", {}).get("margin", 0))
+        figures["noise_scale"] = noise_scale_figure(title, position, keys, margin, position.confidence)
+        if {"second", "profile"} & set(position["formulation"]):
+            figures["orders"] = orders_figure(title, position, keys, margin, position.confidence)
     tail_figure = None if beyond is None else tails.coverage_figure(title, beyond, keys)
     if tail_figure is not None:
         figures["tails"] = tail_figure
