@@ -6,6 +6,16 @@ namespace surveymc::studies::msa_benefit {
 using compare::Rows;
 
 void answer(compare::Answer& answer, const store::Result& result) {
+  if (const Rows sets(result.tables, "summary"); sets.has("learnt_least")) {
+    const Rows least = sets.at_least("learnt_least"), most = sets.at_largest("learnt_most");
+    answer.say(
+        "In the direction that tells least a run knows {} combinations of {} parameters better than its priors do{}, "
+        "in "
+        "the one that tells most {} of {}{}.",
+        {least.figure("learnt_least"), least.figure("size"), least.point(), most.figure("learnt_most"),
+         most.figure("size"), most.point()});
+    return;
+  }
   const Rows azimuth = Rows(result.tables, "summary").where("quantity", "azimuth");
   const Rows least = azimuth.at_least("worse_share"), most = azimuth.at_largest("worse_share");
   const Rows best = azimuth.at_least("ratio_best"), worst = azimuth.at_largest("ratio_worst");

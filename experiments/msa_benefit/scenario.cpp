@@ -45,9 +45,13 @@ bool is_vertical(double inclination_deg) {
   return std::min(inclination, kPi - inclination) <= kOffVertical;
 }
 
-survey::Survey benefit_well(const Scenario& s, double inclination_deg, double azimuth_deg) {
-  return analysis::make_well(s.well, std::clamp(inclination_deg * kDegree, kOffVertical, kPi - kOffVertical),
+survey::Survey benefit_well(const analysis::WellDesign& design, double inclination_deg, double azimuth_deg) {
+  return analysis::make_well(design, std::clamp(inclination_deg * kDegree, kOffVertical, kPi - kOffVertical),
                              azimuth_deg * kDegree);
+}
+
+survey::Survey benefit_well(const Scenario& s, double inclination_deg, double azimuth_deg) {
+  return benefit_well(s.well, inclination_deg, azimuth_deg);
 }
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {

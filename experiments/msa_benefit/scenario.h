@@ -51,5 +51,6 @@ bool is_vertical(double inclination_deg);
 /// The well to a direction of the map. A vertical direction is moved 1e-6 rad off the vertical, so that azimuth and
 /// lateral are limits.
 survey::Survey benefit_well(const Scenario& scenario, double inclination_deg, double azimuth_deg);
+survey::Survey benefit_well(const analysis::WellDesign& design, double inclination_deg, double azimuth_deg);
 
 }  // namespace surveymc::studies::msa_benefit

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "compare/order_rows.h"
+#include "msa_benefit/parameter_set.h"
 #include "random/study_stream.h"
 #include "sensor/tool_spread.h"
 #include "study/experiment.h"
@@ -352,7 +353,10 @@ study::Experiment experiment() {
   return {random::StudyId::msa_benefit,
           "Where multi-station analysis makes azimuth and lateral position better, and where worse",
           "ISCWSA MWD error model (a-priori sensor errors); S. Vis, TU Delft 2019 (MSA)",
-          study::plan_of<MsaBenefitPlan, read_scenario>};
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            if (std::optional<SetMapScenario> set = read_set_maps(config, seed)) return set_map_plan(std::move(*set));
+            return std::make_unique<MsaBenefitPlan>(read_scenario(config, seed));
+          }};
 }
 
 }  // namespace surveymc::studies::msa_benefit

@@ -22,6 +22,7 @@
 #include "compare/position_comparison.h"
 #include "estimate/estimators.h"
 #include "estimate/msa.h"
+#include "msa_position/parameter_set.h"
 #include "propagate/ellipse.h"
 #include "random/study_stream.h"
 #include "stats/antithetic.h"
@@ -521,6 +522,8 @@ study::Experiment experiment() {
                       "Multi-station analysis and weighted least squares: errors left in parameters and final position",
                       "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
                       [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+                        if (std::optional<SetScenario> set = read_set_scenario(config, seed))
+                          return set_plan(std::move(*set));
                         Scenario s = read_scenario(config, seed);
                         // A survey's geometry may be one that no run can have: with_place() says which survey, in which
                         // case.

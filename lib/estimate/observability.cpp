@@ -1,7 +1,6 @@
 #include "estimate/observability.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -12,9 +11,11 @@
 
 namespace surveymc::estimate {
 
-Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jacobian) {
-  Eigen::Matrix<double, Eigen::Dynamic, 6> scaled = jacobian;
-  for (int i = 0; i < 6; ++i) {
+Observability observability(const Eigen::MatrixXd& jacobian) {
+  const Eigen::Index n = jacobian.cols();
+  Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(std::max(jacobian.rows(), n), n);
+  scaled.topRows(jacobian.rows()) = jacobian;
+  for (Eigen::Index i = 0; i < n; ++i) {
     const double length = scaled.col(i).norm();
     if (length > 0) scaled.col(i) /= length;
   }
@@ -22,30 +23,32 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
   Observability o;
   o.singular_values = svd.values.reverse();  // Eigen's fall
   o.directions = svd.right.rowwise().reverse();
-  for (int j = 0; j < 6; ++j) {
+  o.condition_indices.resize(n);
+  const double largest_value = o.singular_values[n - 1];
+  for (Eigen::Index j = 0; j < n; ++j) {
     // After rounding, a zero is 1e-16 of the largest.
-    const bool zero = o.singular_values[j] < 1e-14 * o.singular_values[5];
-    o.condition_indices[j] = zero ? kInfinity : o.singular_values[5] / o.singular_values[j];
+    const bool zero = o.singular_values[j] < 1e-14 * largest_value;
+    o.condition_indices[j] = zero ? kInfinity : largest_value / o.singular_values[j];
     Eigen::Index largest = 0;
     o.directions.col(j).cwiseAbs().maxCoeff(&largest);
     if (o.directions(largest, j) < 0) o.directions.col(j) *= -1;
   }
-  o.variance_inflation.setZero();
-  for (int j = 0; j < 6; ++j) {  // sum_j v_ij^2 / mu_j^2
-    const double mu = std::max(o.singular_values[j], 1e-14 * o.singular_values[5]);
+  o.variance_inflation = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index j = 0; j < n; ++j) {  // sum_j v_ij^2 / mu_j^2
+    const double mu = std::max(o.singular_values[j], 1e-14 * largest_value);
     o.variance_inflation += o.directions.col(j).cwiseAbs2() / (mu * mu);
   }
   return o;
 }
 
-std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction) {
+std::string combination_name(const Eigen::VectorXd& direction, std::span<const char* const> names) {
   const double enough = 0.4 * direction.cwiseAbs().maxCoeff();
   std::vector<const char*> with, against;
   double first = 0;
-  for (int i = 0; i < 6; ++i) {
+  for (Eigen::Index i = 0; i < direction.size(); ++i) {
     if (std::abs(direction[i]) < enough) continue;
     if (first == 0) first = direction[i];
-    (direction[i] * first > 0 ? with : against).push_back(parameter_name(i));
+    (direction[i] * first > 0 ? with : against).push_back(names[static_cast<std::size_t>(i)]);
   }
   std::string name = fmt::format("{}", fmt::join(with, " with "));
   if (!against.empty()) name += fmt::format(" against {}", fmt::join(against, " with "));

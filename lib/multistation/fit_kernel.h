@@ -69,24 +69,32 @@ std::array<T, 9> inverse3(const std::array<T, 9>& m) {
   return r;
 }
 
+/// The triads' matrices A and M (parameters.h), row by row, from errors in the table's order.
+template <class T>
+std::array<T, 9> accelerometer_matrix(const std::array<T, kUnknowns>& x) {
+  const T one(1.0), xy = x[kAccelerometerSkew], xz = x[kAccelerometerSkew + 1], yz = x[kAccelerometerSkew + 2];
+  return {one + x[kAccelerometerScale],    xy, xz, xy, one + x[kAccelerometerScale + 1], yz, xz, yz,
+          one + x[kAccelerometerScale + 2]};
+}
+template <class T>
+std::array<T, 9> magnetometer_matrix(const std::array<T, kUnknowns>& x) {
+  const T one(1.0), xy = x[kMagnetometerSkew], xz = x[kMagnetometerSkew + 1], yz = x[kMagnetometerSkew + 2],
+                    rx = x[kRotation], ry = x[kRotation + 1], rz = x[kRotation + 2];
+  return {one + x[kMagnetometerScale],     xy - rz, xz + ry, xy + rz,
+          one + x[kMagnetometerScale + 1], yz - rx, xz - ry, yz + rx,
+          one + x[kMagnetometerScale + 2]};
+}
+
 /// `x`: all unknowns, in their units; zero where they are not estimated.
 template <class T>
 Correction<T> correction_of(const FitPlan& plan, const std::array<T, kUnknowns>& x) {
-  const T one(1.0);
-  const auto at = [&](int i) { return x[static_cast<std::size_t>(i)]; };
   Correction<T> c;
-  const T axy = at(kAccelerometerSkew), axz = at(kAccelerometerSkew + 1), ayz = at(kAccelerometerSkew + 2);
-  c.a_inverse = inverse3<T>({one + at(kAccelerometerScale), axy, axz, axy, one + at(kAccelerometerScale + 1), ayz, axz,
-                             ayz, one + at(kAccelerometerScale + 2)});
-  const T nxy = at(kMagnetometerSkew), nxz = at(kMagnetometerSkew + 1), nyz = at(kMagnetometerSkew + 2),
-          rx = at(kRotation), ry = at(kRotation + 1), rz = at(kRotation + 2);
-  c.m_inverse =
-      inverse3<T>({one + at(kMagnetometerScale), nxy - rz, nxz + ry, nxy + rz, one + at(kMagnetometerScale + 1),
-                   nyz - rx, nxz - ry, nyz + rx, one + at(kMagnetometerScale + 2)});
-  c.a_bias = {at(kAccelerometerBias), at(kAccelerometerBias + 1), at(kAccelerometerBias + 2)};
-  c.m_bias = {at(kMagnetometerBias), at(kMagnetometerBias + 1), at(kMagnetometerBias + 2)};
-  const T total = at(kReferenceKind + 1), dip = at(kReferenceKind + 2);
-  c.reference_error = {at(kReferenceKind), fma(T(plan.first_by_total), total, T(plan.first_by_dip) * dip),
+  c.a_inverse = inverse3<T>(accelerometer_matrix(x));
+  c.m_inverse = inverse3<T>(magnetometer_matrix(x));
+  c.a_bias = {x[kAccelerometerBias], x[kAccelerometerBias + 1], x[kAccelerometerBias + 2]};
+  c.m_bias = {x[kMagnetometerBias], x[kMagnetometerBias + 1], x[kMagnetometerBias + 2]};
+  const T total = x[kReferenceKind + 1], dip = x[kReferenceKind + 2];
+  c.reference_error = {x[kReferenceKind], fma(T(plan.first_by_total), total, T(plan.first_by_dip) * dip),
                        fma(T(plan.second_by_total), total, T(plan.second_by_dip) * dip)};
   return c;
 }

@@ -100,23 +100,31 @@ StationReadings readings_of(const PerParameter<double>& tool, const Vector3d& gr
 StationModel station_model(const StationReadings& station, const PerParameter<double>& parameters, ResidualKind kind,
                            const ResidualSizes& sizes) {
   const TriadErrors a = accelerometer_errors(parameters), m = magnetometer_errors(parameters);
-  const Matrix3d a_inverse = a.matrix.inverse(), m_inverse = m.matrix.inverse();
   StationModel out;
-  out.gravity_T = a_inverse * (survey::to_eigen(station.gravity_T) - a.bias);
-  out.field_T = m_inverse * (survey::to_eigen(station.magnetic_T) - m.bias);
+  out.gravity_by_reading = a.matrix.inverse();
+  out.field_by_reading = m.matrix.inverse();
+  out.gravity_T = out.gravity_by_reading * (survey::to_eigen(station.gravity_T) - a.bias);
+  out.field_T = out.field_by_reading * (survey::to_eigen(station.magnetic_T) - m.bias);
+  const auto put = [](auto& by_parameter, int kind, const Matrix3d& by_reading, const Matrix3d& of_reading) {
+    by_parameter.template middleCols<3>(kind) = -by_reading * of_reading;
+  };
+  out.gravity_by_parameter.setZero();
+  put(out.gravity_by_parameter, kAccelerometerBias, out.gravity_by_reading, Matrix3d::Identity());
+  put(out.gravity_by_parameter, kAccelerometerScale, out.gravity_by_reading, by_scale(out.gravity_T));
+  put(out.gravity_by_parameter, kAccelerometerSkew, out.gravity_by_reading, by_skew(out.gravity_T));
+  out.field_by_parameter.setZero();
+  put(out.field_by_parameter, kMagnetometerBias, out.field_by_reading, Matrix3d::Identity());
+  put(out.field_by_parameter, kMagnetometerScale, out.field_by_reading, by_scale(out.field_T));
+  put(out.field_by_parameter, kRotation, out.field_by_reading, by_rotation(out.field_T));
+  put(out.field_by_parameter, kMagnetometerSkew, out.field_by_reading, by_skew(out.field_T));
   const Gradients d = gradients(out.gravity_T, out.field_T, station.reference, kind);
   const Vector3d per_size(1 / sizes[0], 1 / sizes[1], 1 / sizes[2]);
   out.residual = per_size.cwiseProduct(d.residual);
-  out.by_gravity = per_size.asDiagonal() * d.by_gravity * a_inverse;
-  out.by_magnetic = per_size.asDiagonal() * d.by_field * m_inverse;
+  const Matrix3d by_gravity = per_size.asDiagonal() * d.by_gravity, by_field = per_size.asDiagonal() * d.by_field;
+  out.by_gravity = by_gravity * out.gravity_by_reading;
+  out.by_magnetic = by_field * out.field_by_reading;
+  out.by_parameter = by_gravity * out.gravity_by_parameter + by_field * out.field_by_parameter;
   out.by_reference = -Matrix3d(per_size.asDiagonal());
-  out.by_parameter.middleCols<3>(kAccelerometerBias) = -out.by_gravity;
-  out.by_parameter.middleCols<3>(kAccelerometerScale) = -out.by_gravity * by_scale(out.gravity_T);
-  out.by_parameter.middleCols<3>(kMagnetometerBias) = -out.by_magnetic;
-  out.by_parameter.middleCols<3>(kMagnetometerScale) = -out.by_magnetic * by_scale(out.field_T);
-  out.by_parameter.middleCols<3>(kRotation) = -out.by_magnetic * by_rotation(out.field_T);
-  out.by_parameter.middleCols<3>(kMagnetometerSkew) = -out.by_magnetic * by_skew(out.field_T);
-  out.by_parameter.middleCols<3>(kAccelerometerSkew) = -out.by_gravity * by_skew(out.gravity_T);
   return out;
 }
 

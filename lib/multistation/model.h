@@ -58,7 +58,10 @@ StationReadings readings_of(const PerParameter<double>& tool, const Eigen::Vecto
 
 /// Residuals of a station, in units of `sizes`, and their derivatives.
 struct StationModel {
-  Eigen::Vector3d gravity_T, field_T;                           ///< corrected
+  Eigen::Vector3d gravity_T, field_T;  ///< corrected
+  /// Of the corrected vectors by the parameters of the table, a column each, and by the readings.
+  Eigen::Matrix<double, 3, kParameters> gravity_by_parameter, field_by_parameter;
+  Eigen::Matrix3d gravity_by_reading, field_by_reading;
   Eigen::Vector3d residual;                                     ///< in units of the sizes
   Eigen::Matrix<double, kResiduals, kParameters> by_parameter;  ///< a column a parameter of the table, per its unit
   Eigen::Matrix3d by_gravity, by_magnetic;                      ///< per m/s2, nT of a reading

@@ -78,6 +78,9 @@ def faults_of(path):
                                 if h5py.check_string_dtype(c.dtype) for w in c.asstr()[()][:20000]}, key=len, reverse=True):
                 if re.search(r"\d", name) and re.search(r"[A-Za-z]", name) and name != sentence and name in words:
                     words = words.replace(name, "")  # a name with a number in it
+            for key in {f"{column} = {w}" for name, t in file["tables"].items() if name not in ("answer", "warnings") for column, c in t.items()
+                        if h5py.check_string_dtype(c.dtype) for w in c.asstr()[()][:20000] if w.isdigit()}:
+                words = words.replace(key, "")  # the point of a sweep whose values are words of digits
             numbers = NUMBER.findall(words)
             if len(numbers) != len(named):
                 found.append(f"{path}: {len(numbers)} numbers {numbers}, {len(named)} sources: {sentence}")
