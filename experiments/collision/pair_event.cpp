@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -71,9 +72,9 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const scenario::P
   e.depths_ = {std::pair(reference.path().md(extras.first), reference.path().md(reference.path().stations() - 1)),
                std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
   e.state_ = std::make_unique<proximity::ContactState>(proximity::contact_state(
-      {&drawn, s.reference.slot, extras.reference_slot_sd, extras.first, 0},
-      {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1)}, shared,
-      e.radii_));
+      {&drawn, s.reference.slot, extras.reference_slot_sd, extras.first, 0, &s.laws},
+      {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1), &s.laws},
+      shared, e.radii_));
   e.hits_ = std::make_unique<proximity::HitState>(*e.state_);
   e.reference_sources_ = drawn.sources;
   e.offset_sources_ = offset_errors.sources;
@@ -101,6 +102,19 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const scenario::P
   return event;
 }
 
+std::vector<double> PairEvent::wider_errors() const {
+  if (state_->mixing().empty()) return {0};
+  std::vector<double> out;
+  for (double v = 0; v <= 6; v += 0.25) out.push_back(v);
+  return out;
+}
+
+Eigen::Matrix3Xd PairEvent::with_mixing(Eigen::Matrix3Xd j, double v) const {
+  for (const auto& m : state_->mixing())
+    for (const std::uint32_t i : m.of) j.col(i) *= m.law->draw(v).factor;
+  return j;
+}
+
 rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) {
   struct Way {
     proximity::TouchingPair pair;
@@ -112,11 +126,17 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
     Eigen::Matrix3Xd j =
         state_->derivative(reference, offset, proximity::well_point(p.reference), proximity::well_point(p.offset));
     const Vector3d r = p.offset.position - p.reference.position;
-    Vector3d q;
-    const double beta = proximity::touching_beta(r, propagate::covariance_of(j), radii_, &q);
-    if (!std::isfinite(beta)) continue;
-    const Eigen::VectorXd z = proximity::design_of(j, r, q);
-    ways.push_back({p, std::move(j), {z, z.norm()}});
+    std::optional<Way> best;
+    for (const double v : wider_errors()) {
+      const Eigen::Matrix3Xd wide = with_mixing(j, v);
+      Vector3d q;
+      const double beta = proximity::touching_beta(r, propagate::covariance_of(wide), radii_, &q);
+      if (!std::isfinite(beta)) continue;
+      Eigen::VectorXd z = proximity::design_of(wide, r, q);
+      for (const auto& m : state_->mixing()) z[m.row] = v;
+      if (!best || z.norm() < best->design.beta) best = Way{p, wide, {z, z.norm()}};
+    }
+    if (best) ways.push_back(std::move(*best));
   }
   rare::Prepared out;
   if (ways.empty()) return out;
@@ -132,7 +152,8 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   directions_ = directions_of(first, out.designs);
   Eigen::MatrixXd errors = directions_;
   for (std::size_t i = 0; i < state_->names().size(); ++i)
-    if (state_->names()[i].source == proximity::ContactState::kSlot) errors.row(static_cast<Eigen::Index>(i)).setZero();
+    if (state_->names()[i].source == proximity::ContactState::kSlot || state_->names()[i].well < 0)
+      errors.row(static_cast<Eigen::Index>(i)).setZero();
   scaled_ = errors.transpose() * errors;
   if (s_.run.sampling.method == "auto" && is_near) return out;
   constexpr double kLeastWide = 1.3;

@@ -73,6 +73,11 @@ class PairEvent {
   PairEvent(const Scenario& scenario, const random::Stream& stream, std::string offset, std::string correlation)
       : s_(scenario), stream_(stream), offset_(std::move(offset)), correlation_(std::move(correlation)) {}
 
+  /// Normals of V among which the nearest way to touch is sought: the errors that last are wider at the larger ones,
+  /// and the design point nearer.
+  std::vector<double> wider_errors() const;
+  /// J with the V that belong to `v`.
+  Eigen::Matrix3Xd with_mixing(Eigen::Matrix3Xd j, double v) const;
   rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset);
   /// What a trial says of the size of the errors: with y = U'z of the mixture's directions and M = U'U of the rows that
   /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.

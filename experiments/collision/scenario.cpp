@@ -5,6 +5,7 @@
 #include "base/units.h"
 #include "config/meanings.h"
 #include "proximity/drawn_contact.h"
+#include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 
@@ -101,6 +102,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                    ? propagate::VerticalRule::azimuth
                    : propagate::VerticalRule::tilt;
   require_drawable(s);
+  s.laws = scenario::read_reference_laws(c, {.sizes = false});
   s.run = events::read_event_run(c);
   std::vector<compare::Row> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});

@@ -6,6 +6,7 @@
 
 #include "compare/annotations.h"
 #include "events/event_sampling.h"
+#include "random/reference_laws.h"
 #include "random/study_id.h"
 #include "scenario/well_pairs.h"
 
@@ -25,6 +26,7 @@ struct Scenario : scenario::WellPairs {
   compare::Annotations annotations;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
   std::vector<WellExtras> extras;  ///< of the offsets
+  random::ReferenceLaws laws;
 };
 
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

@@ -267,11 +267,23 @@ void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bo
   simd::run_kernel<isa_v3::draw_wells, isa_v4::draw_wells>(b, stream);
 }
 
-void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
-                          survey::LaneArray& out) const {
-  assert(slots_.empty());  // the given normals have none for V
-  survey::LaneArray scratch = make_scratch(), points(groups, this->rows());
-  DrawnWellBatch b = batch(0, false, groups, points, scratch);
+void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows,
+                          const std::vector<std::uint32_t>& slot_rows, int groups, survey::LaneArray& out) const {
+  survey::LaneArray scratch = make_scratch(), points(groups, this->rows()), mixing;
+  if (!slots_.empty()) {
+    mixing = survey::LaneArray(groups, 2 * static_cast<int>(slots_.size()));
+    for (int g = 0; g < groups; ++g)
+      for (std::size_t i = 0; i < slots_.size(); ++i) {
+        const double* normal = z.row(g, static_cast<int>(slot_rows[i]));
+        double* factor = mixing.row(g, 2 * static_cast<int>(i));
+        for (int lane = 0; lane < simd::kGroup; ++lane) {
+          const random::MixingLaw::Draw v = slots_[i].law->draw(normal[lane]);
+          factor[lane] = v.factor;
+          factor[simd::kGroup + lane] = v.shift;
+        }
+      }
+  }
+  DrawnWellBatch b = batch(0, false, groups, points, scratch, slots_.empty() ? nullptr : &mixing);
   b.derivatives = nullptr;
   b.given = z.row(0, 0);
   b.given_stride = z.group_stride();

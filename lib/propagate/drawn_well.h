@@ -39,9 +39,11 @@ class DrawnWell {
   const std::vector<DrawCall>& calls() const { return calls_; }
   std::size_t stations() const { return stations_; }
   /// The whole path from given normals: the four of calls()[i] are rows rows[i] .. rows[i] + 3 of `z`. `out`:
-  /// kPathRows stations() rows. Positions are relative to the first station.
-  void draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
-                 survey::LaneArray& out) const;
+  /// kPathRows stations() rows. Positions are relative to the first station. Row slot_rows[i] of
+  /// `z` is the normal of the V of slots()[i].
+  void draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows,
+                 const std::vector<std::uint32_t>& slot_rows, int groups, survey::LaneArray& out) const;
+  const std::vector<random::MixingSlot>& slots() const { return slots_; }
 
   /// Number of normals that a trial draws, including those that only fill a call.
   std::size_t normals() const { return 4 * calls_.size(); }

@@ -16,14 +16,12 @@ using propagate::WellPoint;
 
 ContactState::Side ContactState::make_side(const DrawnWellPlace& place, const std::vector<DrawPlace>& places) {
   const WellPoint last{place.errors->survey.stations.size() - 1, 1};
-  return {place.slot,
-          place.slot_sd,
-          place.errors->survey.md(),
-          place.first,
-          0,
-          propagate::drawn_well(*place.errors, {last}, places, false),
-          {},
-          {}};
+  propagate::WellMixing mixing;
+  if (place.laws != nullptr) mixing = propagate::well_mixing(*place.errors, *place.laws, places);
+  propagate::DrawnWell well = propagate::drawn_well(*place.errors, {last}, places, false, mixing);
+  return {
+      place.slot, place.slot_sd, place.errors->survey.md(), place.first, 0, std::move(well), {}, {}, std::move(mixing),
+      {}};
 }
 
 int ContactState::row_of(random::Channel channel, std::uint32_t index) {
@@ -45,6 +43,20 @@ void ContactState::add_rows(Side& side, const std::vector<DrawPlace>& places) {
     // A draw without effect has no call.
     side.draw_rows.push_back(at == calls_.end() ? 0xffffffffu
                                                 : static_cast<std::uint32_t>(4 * (at - calls_.begin())) + p.index % 4);
+  }
+}
+
+void ContactState::add_mixing(Side& side, const WellErrors& errors) {
+  for (const random::MixingSlot& slot : side.well.slots())
+    side.slot_rows.push_back(static_cast<std::uint32_t>(row_of(slot.channel, slot.index)));
+  for (std::size_t d = 0; d < errors.station_draws; ++d) {
+    const int number = side.mixing.slot_of_draw.empty() ? -1 : side.mixing.slot_of_draw[d];
+    if (number < 0 || side.draw_rows[d] == 0xffffffffu) continue;
+    const random::MixingSlot& slot = side.mixing.slots[static_cast<std::size_t>(number)];
+    const auto row = static_cast<std::uint32_t>(row_of(slot.channel, slot.index));
+    auto at = std::find_if(mixing_.begin(), mixing_.end(), [&](const MixingNormal& m) { return m.row == row; });
+    if (at == mixing_.end()) at = mixing_.insert(at, {row, slot.law, {}});
+    if (std::find(at->of.begin(), at->of.end(), side.draw_rows[d]) == at->of.end()) at->of.push_back(side.draw_rows[d]);
   }
 }
 
@@ -72,6 +84,8 @@ ContactState contact_state(const DrawnWellPlace& reference, const DrawnWellPlace
   }
   state.add_rows(state.reference_, of_reference);
   state.add_rows(state.offset_, of_offset);
+  state.add_mixing(state.reference_, *reference.errors);
+  state.add_mixing(state.offset_, *offset.errors);
   state.name_normals(state.reference_, *reference.errors, 0);
   state.name_normals(state.offset_, *offset.errors, 1);
   if (state.calls_.empty()) state.row_of(random::kWellPlace, 0);  // no source at all: a row that nothing reads
@@ -132,8 +146,8 @@ void ContactState::each(const survey::LaneArray& z, int groups, EachTrial each_t
   survey::LaneArray &a = buffers.a, &b = buffers.b;
   DrawnPath &reference = buffers.reference, &offset = buffers.offset;
   ContactScratch& scratch = buffers.scratch;
-  reference_.well.draw_path(z, reference_.rows, groups, a);
-  offset_.well.draw_path(z, offset_.rows, groups, b);
+  reference_.well.draw_path(z, reference_.rows, reference_.slot_rows, groups, a);
+  offset_.well.draw_path(z, offset_.rows, offset_.slot_rows, groups, b);
   for (int t = 0; t < groups * simd::kGroup; ++t) {
     set_path(reference_, a, z, t, reference);
     set_path(offset_, b, z, t, offset);

@@ -2,6 +2,7 @@
 /// Two wells drawn from their error models as a limit state: g = least distance of both paths, over all pairs of
 /// depths, less the radii of both holes.
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,6 +22,7 @@ struct DrawnWellPlace {
   Eigen::Vector3d slot_sd = Eigen::Vector3d::Zero();  ///< m: one draw a well
   std::size_t first = 0;                              ///< station from which on the well counts
   std::uint32_t number = 0;                           ///< of the well: 0 is the reference
+  const random::ReferenceLaws* laws = nullptr;        ///< of the reference field; null: normal
 };
 
 class ContactState final : public rare::LimitState {
@@ -36,10 +38,18 @@ class ContactState final : public rare::LimitState {
   /// The contact of one trial of a batch, and its measured depths on both wells, m.
   Contact contact(const survey::LaneArray& z, int trial, double& reference_md, double& offset_md) const;
 
-  /// J: the derivative of offset - reference by every normal, 3 x n, m.
+  /// J: the derivative of offset - reference by every normal, 3 x n, m. Draws that are not normal have V = 1.
   Eigen::Matrix3Xd derivative(const propagate::WellErrors& reference, const propagate::WellErrors& offset,
                               const propagate::WellPoint& reference_point,
                               const propagate::WellPoint& offset_point) const;
+
+  /// A normal whose quantile is the V of errors that last, its law, and the normals of these errors.
+  struct MixingNormal {
+    std::uint32_t row = 0;
+    std::shared_ptr<const random::MixingLaw> law;
+    std::vector<std::uint32_t> of;
+  };
+  const std::vector<MixingNormal>& mixing() const { return mixing_; }
 
   /// Which draw a normal is: the source's code and mode, in which well.
   struct NormalName {
@@ -59,12 +69,15 @@ class ContactState final : public rare::LimitState {
     propagate::DrawnWell well;
     std::vector<std::uint32_t> rows;       ///< of the well's calls
     std::vector<std::uint32_t> draw_rows;  ///< of its draws
+    propagate::WellMixing mixing;
+    std::vector<std::uint32_t> slot_rows;  ///< of the well's slots
   };
   ContactState(double radii, Side reference, Side offset)
       : radii_(radii), reference_(std::move(reference)), offset_(std::move(offset)) {}
   static Side make_side(const DrawnWellPlace& place, const std::vector<propagate::DrawPlace>& places);
   void name_normals(const Side& side, const propagate::WellErrors& errors, int well);
   void add_rows(Side& side, const std::vector<propagate::DrawPlace>& places);
+  void add_mixing(Side& side, const propagate::WellErrors& errors);
   int row_of(random::Channel channel, std::uint32_t index);
   template <class EachTrial>
   void each(const survey::LaneArray& z, int groups, EachTrial each_trial) const;
@@ -75,6 +88,7 @@ class ContactState final : public rare::LimitState {
   double radii_;
   std::vector<rare::NormalCall> calls_;
   std::vector<NormalName> names_;
+  std::vector<MixingNormal> mixing_;
   Side reference_, offset_;
 };
 

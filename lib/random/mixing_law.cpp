@@ -94,10 +94,10 @@ MixingLaw::Draw MixingLaw::draw(double z) const {
   if (is_normal()) return {};
   double root;
   if (root_.empty()) {
-    root = std::sqrt(quantile(z));
+    root = std::sqrt(quantile(std::clamp(z, -kLargestNormal, kLargestNormal)));
   } else {
-    // Lagrange's cubic through the four neighbours.
-    const double at = (z + kLargestNormal) * kTableSteps;
+    // Lagrange's cubic through the four neighbours. Proposals may draw what no stream does: its last value serves.
+    const double at = (std::clamp(z, -kLargestNormal, kLargestNormal) + kLargestNormal) * kTableSteps;
     const int i = std::clamp(static_cast<int>(at), 1, kTableSize - 3);
     const double t = at - i, *y = root_.data() + i;
     root = -t * (t - 1) * (t - 2) / 6 * y[-1] + (t + 1) * (t - 1) * (t - 2) / 2 * y[0] -
