@@ -47,7 +47,7 @@ LossCost loss_cost(Loss loss, int components) {
   const auto weight = [&](double t) { return station_weight<double>(loss, t * t); };
   const double d = components;
   LossCost cost;
-  cost.mean_weight = mean_of(components, weight);
+  cost.mean_trust = mean_of(components, [&](double t) { return station_trust(weight(t)); });
   const double squares = mean_of(components, [&](double t) { return std::pow(weight(t) * t, 2); }) / d;
   // E[w + w' t / d] by parts: E[w t^2] / d, as the density f of t has (t f)' = (d - t^2) f.
   const double slope = mean_of(components, [&](double t) { return weight(t) * t * t; }) / d;

@@ -46,13 +46,17 @@ template <class T>
 /// Median length of a vector of `components` standard normals: 1.1774 of two, 1.5382 of three.
 double scale_of_median(int components);
 
+/// How far a station counts in a claimed covariance: its weight, but no more than one. Weights above one (l1) say that
+/// the fit goes through a station, not that the station tells more than others.
+inline double station_trust(double weight) { return weight < 1 ? weight : 1; }
+
 /// What a loss costs where nothing is wrong: residuals normal with unit sd, `components` a station, many stations.
-///   E w;  v = E[(w t)^2] / d / (E[w + w' t / d])^2, the variance of an estimate over that of least squares
+///   v = E[(w t)^2] / d / (E[w + w' t / d])^2, the variance of an estimate over that of least squares
 struct LossCost {
-  double mean_weight = 1;
-  double variance = 1;  ///< v
-  /// With P = sum w J'J the covariance of the estimate is P^-1 times this: v E w.
-  double covariance_factor() const { return variance * mean_weight; }
+  double variance = 1;    ///< v
+  double mean_trust = 1;  ///< E min(w, 1)
+  /// With P = sum min(w, 1) J'J the covariance of the estimate is P^-1 times this.
+  double covariance_factor() const { return variance * mean_trust; }
 };
 LossCost loss_cost(Loss loss, int components);
 

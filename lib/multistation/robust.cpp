@@ -26,6 +26,12 @@ void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const Paramete
     unit[static_cast<std::size_t>(i)] = 1;
     information[static_cast<std::size_t>(i)] = plan.free[at] ? plan.precision[at] : 1;
   }
+  std::array<bool, kUnknownKinds> moves_first{};
+  for (int a = 0; a < plan.kind_count; ++a) {
+    const int kind = plan.kinds[static_cast<std::size_t>(a)];
+    moves_first[static_cast<std::size_t>(a)] = is_of_accelerometer(kind) || kind == kReferenceKind;
+  }
+  b.problem.moves_first = moves_first.data();
   b.problem.unit = unit.data();
   b.problem.prior_information = information.data();
   b.problem.scale_of_median = scale_of_median(b.problem.shape.components);
@@ -65,6 +71,13 @@ RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOpti
   out.scale = block.scale.value(0, 0);
   out.reweightings = static_cast<int>(block.reweightings.value(0, 0));
   out.fit = fit(stations, o, out.weights);
+  std::vector<double> trust;
+  for (const double w : out.weights) trust.push_back(station_trust(w));
+  if (trust != out.weights) {
+    const Fit trusted = fit(stations, o, trust);
+    out.fit.posterior = trusted.posterior;
+    out.fit.covariance = trusted.covariance;
+  }
   // N^-1 (f J'WJ + P) N^-1 with J'WJ = N - P: the priors cost nothing.
   const double factor = loss_cost(robust.loss, robust_components(plan)).covariance_factor();
   Eigen::VectorXd precision(o.parameters.size());

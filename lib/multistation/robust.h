@@ -35,8 +35,8 @@ void robust_fit_block(const SixAxisBlock& readings, const FitPlan& plan, const P
 
 /// One run.
 struct RobustFit {
-  /// Of the weighted stations. Its covariance is that of the loss, (J'WJ + P)^-1 (v E w J'WJ + P) (J'WJ + P)^-1
-  /// (loss.h), by the a-priori sizes of the residuals.
+  /// Of the weighted stations. Its covariance is that of the loss, (J'WJ + P)^-1 (f J'WJ + P) (J'WJ + P)^-1
+  /// with W = min(w, 1) (loss.h), by the a-priori sizes of the residuals.
   Fit fit;
   std::vector<double> weights;  ///< one a station
   double scale = 1;             ///< of the residuals, in units of their sizes

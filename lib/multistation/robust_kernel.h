@@ -10,6 +10,7 @@
 /// not depend on the other lanes.
 #include <cstddef>
 
+#include "multistation/fit_kernel.h"
 #include "multistation/loss.h"
 #include "multistation/sorted.h"
 
@@ -29,12 +30,12 @@ struct RobustOptions {
   RobustStart start = RobustStart::least_squares;
   int reweightings = 25;      ///< at most
   int newton_steps = 10;      ///< of the least-squares fit, at most
-  double tolerance = 1e-7;    ///< ends when every step is below this part of `unit`
+  double tolerance = 1e-5;    ///< ends when every step is below this part of `unit`
   double smallest_scale = 0;  ///< s is at least this: where all residuals vanish
 };
 
 struct RobustShape {
-  int stations = 0, components = 0, parameters = 0;
+  int stations = 0, components = 0, parameters = 0;  ///< parameters: a multiple of three, at most kUnknowns
 };
 
 /// What all trials of a fit share. Parameters are near 0 and have any unit.
@@ -47,6 +48,8 @@ struct RobustProblem {
   int subset_count = 0, subset_size = 0;
   /// Of the least-squares fit, a row of kGroup lanes a station; null: 1. Loss least_squares keeps them.
   const double* given_weights = nullptr;
+  /// Of each three parameters, whether they move the first component of a station; null: all do.
+  const bool* moves_first = nullptr;
 };
 
 /// Memory of one fit, in values of T: arrays one after the other.
@@ -89,27 +92,6 @@ struct RobustOutcome {
   T converged;     ///< 1; 0 where the stations do not determine the parameters
 };
 
-/// Matrix and gradient of one station, times w, onto those of the fit. C: components, known to the compiler.
-template <class T, int C>
-void add_station(const RobustMemory<T>& m, int parameters, int k, const T& w) {
-  const T* j = m.jacobian + static_cast<std::ptrdiff_t>(k) * C * parameters;
-  const T* r = m.residual + static_cast<std::ptrdiff_t>(k) * C;
-  T* row = m.matrix;
-  for (int a = 0; a < parameters; ++a) {
-    T wj[C];
-    for (int i = 0; i < C; ++i) wj[i] = w * j[i * parameters + a];
-    for (int b = 0; b <= a; ++b) {
-      T sum = row[b];
-      for (int i = 0; i < C; ++i) sum = fma(wj[i], j[i * parameters + b], sum);
-      row[b] = sum;
-    }
-    T g = m.gradient[a];
-    for (int i = 0; i < C; ++i) g = fma(wj[i], r[i], g);
-    m.gradient[a] = g;
-    row += a + 1;
-  }
-}
-
 template <class T, int C>
 struct Reweighting {
   const RobustProblem& problem;
@@ -120,45 +102,54 @@ struct Reweighting {
   Reweighting(const RobustProblem& p, const RobustOptions& o, T* memory)
       : problem(p), options(o), m(memory, p.shape), stations(p.shape.stations), parameters(p.shape.parameters) {}
 
-  void begin_equations(const T* x) {
-    for (int a = 0, at = 0; a < parameters; ++a) {
-      for (int b = 0; b <= a; ++b) m.matrix[at++] = T(0.0);
-      const T information(problem.prior_information ? problem.prior_information[a] : 0.0);
-      m.matrix[at - 1] = information;
-      m.gradient[a] = information * x[a];
+  /// Normal equations at m.x of the stations that `station(0)`, ... name, `count` of them, with their weights or with
+  /// weight one. Block by block of three parameters, whose nine sums stay in registers.
+  template <bool Weighted, class Station>
+  void make_equations(int count, const Station& station) {
+    const int kinds = parameters / 3;
+    const auto first_of = [&](int a) { return problem.moves_first && !problem.moves_first[a] ? 1 : 0; };
+    for (int a = 0; a < kinds; ++a)
+      for (int b = 0; b <= a; ++b) {
+        T sum[9], g[3];
+        for (T& v : sum) v = T(0.0);
+        for (T& v : g) v = T(0.0);
+        const int first = C < kResiduals ? 0 : first_of(a) > first_of(b) ? first_of(a) : first_of(b);
+        for (int n = 0; n < count; ++n) {
+          const int k = station(n);
+          const T* rows = m.jacobian + static_cast<std::ptrdiff_t>(k) * C * parameters;
+          const T* residual = m.residual + static_cast<std::ptrdiff_t>(k) * C;
+          for (int i = first; i < C; ++i) {
+            const T *of_a = rows + i * parameters + 3 * a, *of_b = rows + i * parameters + 3 * b;
+#pragma GCC unroll 3
+            for (int u = 0; u < 3; ++u) {
+              const T w = Weighted ? m.weight[k] * of_a[u] : of_a[u];
+#pragma GCC unroll 3
+              for (int v = 0; v < 3; ++v) sum[3 * u + v] = fma(w, of_b[v], sum[3 * u + v]);
+              if (a == b) g[u] = fma(w, residual[i], g[u]);
+            }
+          }
+        }
+        for (int u = 0; u < 3; ++u) {
+          const auto i = static_cast<std::size_t>(3 * a + u);
+          for (int v = 0; v < 3 && 3 * b + v <= 3 * a + u; ++v)
+            m.matrix[packed(i, static_cast<std::size_t>(3 * b + v))] = sum[3 * u + v];
+          if (a == b) m.gradient[i] = g[u];
+        }
+      }
+    for (int i = 0; i < parameters; ++i) {
+      const T information(problem.prior_information ? problem.prior_information[i] : 0.0);
+      T& diagonal = m.matrix[packed(static_cast<std::size_t>(i), static_cast<std::size_t>(i))];
+      diagonal = diagonal + information;
+      m.gradient[i] = fma(information, m.x[i], m.gradient[i]);
     }
   }
 
-  /// m.step = -matrix^-1 gradient by L D L'; not finite where the matrix is singular.
+  /// m.step = -matrix^-1 gradient; not finite where the matrix is singular.
   void solve_equations() {
-    T* const a = m.matrix;
-    const auto row = [a](int i) { return a + i * (i + 1) / 2; };
-    for (int j = 0; j < parameters; ++j) {
-      T* const rj = row(j);
-      T d = rj[j];
-      for (int k = 0; k < j; ++k) {
-        const T ld = rj[k];
-        rj[k] = ld * row(k)[k];
-        d = fma(-rj[k], ld, d);
-      }
-      rj[j] = T(1.0) / d;
-      for (int i = j + 1; i < parameters; ++i) {
-        T s = row(i)[j];
-        for (int k = 0; k < j; ++k) s = fma(-row(i)[k], rj[k], s);
-        row(i)[j] = s;
-      }
-    }
-    for (int i = 0; i < parameters; ++i) {
-      T s = -m.gradient[i];
-      for (int k = 0; k < i; ++k) s = fma(-row(i)[k], m.step[k], s);
-      m.step[i] = s;
-    }
-    for (int i = 0; i < parameters; ++i) m.step[i] = m.step[i] * row(i)[i];
-    for (int i = parameters - 2; i >= 0; --i) {
-      T s = m.step[i];
-      for (int k = i + 1; k < parameters; ++k) s = fma(-row(k)[i], m.step[k], s);
-      m.step[i] = s;
-    }
+    const auto n = static_cast<std::size_t>(parameters);
+    factorise(n, m.matrix);
+    for (std::size_t i = 0; i < n; ++i) m.step[i] = -m.gradient[i];
+    solve_factorised(n, m.matrix, m.step);
   }
 
   /// The step is finite and its matrix positive definite.
@@ -192,18 +183,17 @@ struct Reweighting {
     T least(1e300);
     for (int a = 0; a < parameters; ++a) m.best[a] = T(0.0);
     for (int s = 0; s < problem.subset_count; ++s) {
-      begin_equations(m.x);
-      for (int i = 0; i < problem.subset_size; ++i)
-        add_station<T, C>(m, parameters, problem.subsets[s * problem.subset_size + i], T(1.0));
+      const int* chosen = problem.subsets + static_cast<std::ptrdiff_t>(s) * problem.subset_size;
+      make_equations<false>(problem.subset_size, [chosen](int i) { return chosen[i]; });
       solve_equations();
       for (int k = 0; k < stations; ++k) {
+        const T *j = m.jacobian + static_cast<std::ptrdiff_t>(k) * C * parameters, *residual = m.residual + k * C;
+        T r[C];
+        for (int i = 0; i < C; ++i) r[i] = residual[i];
+        for (int a = 0; a < parameters; ++a)
+          for (int i = 0; i < C; ++i) r[i] = fma(j[i * parameters + a], m.step[a], r[i]);
         T sum(0.0);
-        for (int i = 0; i < C; ++i) {
-          const T* j = m.jacobian + static_cast<std::ptrdiff_t>(k * C + i) * parameters;
-          T r = m.residual[k * C + i];
-          for (int a = 0; a < parameters; ++a) r = fma(j[a], m.step[a], r);
-          sum = fma(r, r, sum);
-        }
+        for (int i = 0; i < C; ++i) sum = fma(r[i], r[i], sum);
         m.sorted[k] = sum;
       }
       const T median = median_of(m.sorted, stations);
@@ -225,8 +215,7 @@ struct Reweighting {
     auto good = everyone, active = everyone;
     // One step with the weights there are; what is not active stays.
     const auto step = [&] {
-      begin_equations(m.x);
-      for (int k = 0; k < stations; ++k) add_station<T, C>(m, parameters, k, m.weight[k]);
+      make_equations<true>(stations, [](int k) { return k; });
       solve_equations();
       const auto sound_step = sound();
       good = good & (sound_step | (!active));
