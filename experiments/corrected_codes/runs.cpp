@@ -109,9 +109,10 @@ CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings) const {
   return out;
 }
 
-CorrectedRun CorrectedRuns::run(const random::Stream& stream, std::uint64_t first, int count) const {
+CorrectedRun CorrectedRuns::run(const random::Stream& stream, std::uint64_t first, int count,
+                                const survey::LaneArray* made) const {
   survey::ReadingBlock readings = sensor::make_disturbed_block(count, setup_);
-  sensor::draw_disturbed_runs(setup_, stream, first, readings);
+  sensor::draw_disturbed_runs(setup_, stream, first, readings, made);
   return correct(std::move(readings));
 }
 

@@ -29,8 +29,9 @@ class CorrectedRuns {
   const sensor::DisturbedRunSetup& setup() const { return setup_; }
   int stations() const { return setup_.stations(); }
   const Eigen::Vector3d& position() const { return position_; }  ///< the true one of the last station
-  /// Trials first, first + 1, ...
-  CorrectedRun run(const random::Stream& stream, std::uint64_t first, int count) const;
+  /// Trials first, first + 1, ...; `made`: as of sensor::draw_disturbed_runs().
+  CorrectedRun run(const random::Stream& stream, std::uint64_t first, int count,
+                   const survey::LaneArray* made = nullptr) const;
 
   /// The error of the last position after the correction as a function of the normals of a run: those of the errors
   /// that are drawn. The tool is not turned. `this` must outlive it.

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "analysis/readings_analysis.h"
 #include "base/units.h"
 #include "compare/trial_plan.h"
 #include "config/shipped_models.h"
 #include "config/suggest.h"
 #include "corrected_codes/study.h"
+#include "scenario/disturbance.h"
 #include "scenario/error_models.h"
 #include "scenario/reference_field.h"
 #include "scenario/reference_laws.h"
@@ -165,6 +168,42 @@ std::vector<Value> read_words(config::ConfigReader& c, const std::string& key, s
 
 }  // namespace
 
+namespace {
+
+/// The disturbance takes the place of what the code draws at every station.
+void read_disturbance(config::ConfigReader& c, Scenario& s) {
+  if (!c.has("disturbance.kind")) return;
+  c.require(s.well && !s.has_map(), "disturbance.kind", "maps have no [disturbance]: give one well");
+  s.disturbance = scenario::read_disturbance(c, *s.well);
+  const disturbance::Disturbance& d = *s.disturbance;
+  constexpr std::array<disturbance::Element, 3> kElements{disturbance::kTotal, disturbance::kDip,
+                                                          disturbance::kDeclination};
+  std::vector<disturbance::StationDraw> draws;
+  for (std::size_t k = 1; k < s.well->stations.size(); ++k)
+    for (std::uint32_t i = 0; i < kElements.size(); ++i)
+      draws.push_back(
+          {k, kElements[i], i, random::Channel::disturbed_station, 4 * static_cast<std::uint32_t>(k - 1) + i});
+  s.disturbed = std::make_shared<const disturbance::StationDisturbance>(d, s.field, draws);
+  propagate::CodeDraws::Reference& station = s.which.draws.station;
+  if (d.match_variance) {
+    const std::array<double, 3> sizes{station.total, station.dip, station.declination_in(s.field)};
+    for (std::size_t i = 0; i < sizes.size() && !d.keeps_normals(); ++i)
+      c.require(sizes[i] == 0 || s.disturbed->sizes()[kElements[i]] > 0, "disturbance.match",
+                fmt::format("the disturbance does not change the {}, which is drawn at every station",
+                            disturbance::kElementNames[kElements[i]]));
+    station = {d.scale * station.total, d.scale * station.dip, d.scale * station.declination, d.scale * station.east};
+  } else {
+    const auto& sizes = s.disturbed->sizes();
+    station = {d.scale * sizes[disturbance::kTotal], d.scale * sizes[disturbance::kDip],
+               d.scale * sizes[disturbance::kDeclination], 0};
+  }
+  s.which.correlation = [disturbed = s.disturbed](int a, std::size_t j, int b, std::size_t k) {
+    return disturbed->correlation(3 * j + static_cast<std::size_t>(a), 3 * k + static_cast<std::size_t>(b));
+  };
+}
+
+}  // namespace
+
 bool Scenario::wants(CodeScope scope) const { return std::find(scopes.begin(), scopes.end(), scope) != scopes.end(); }
 
 bool Scenario::wants_azimuth() const {
@@ -226,6 +265,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     s.azimuth_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360),
                            "azimuths of the maps, of the last station, from true north");
   }
+  read_disturbance(c, s);
   s.trials = static_cast<std::uint64_t>(
       c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
   c.require(s.trials == 0 || s.well, "trials", "maps have no trials: give well.inclination_deg, or leave it out");
@@ -246,6 +286,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.orders = scenario::read_prediction_orders(c);
   c.require(!s.orders.any() || !s.laws.any(), "prediction.orders",
             "are of normal errors: not together with reference_law");
+  c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
+  c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
             "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");
   s.verdict = compare::read_verdict_rule(c);

@@ -1,5 +1,6 @@
 #pragma once
 /// The checked settings of a config of `corrected_codes`.
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "compare/annotations.h"
 #include "compare/tails.h"
 #include "compare/verdict.h"
+#include "disturbance/station_disturbance.h"
 #include "random/study_id.h"
 #include "scenario/prediction_orders.h"
 #include "scenario/reference_field.h"
@@ -22,11 +24,13 @@ struct Scenario {
   std::vector<propagate::CodeTerm> terms;
   analysis::CodeCase which;
   survey::ReferenceField field;
-  std::optional<survey::Survey> well;                ///< none: maps of directions alone
-  std::optional<analysis::WellDesign> design;        ///< of a made-up well
-  std::vector<double> inclination_deg, azimuth_deg;  ///< of the maps; empty: none
-  std::vector<double> latitude_deg, longitude_deg;   ///< of maps over places, of one well; empty: none
-  scenario::FieldOfPlaces places;                    ///< what the places' fields are
+  std::optional<disturbance::Disturbance> disturbance;
+  std::shared_ptr<const disturbance::StationDisturbance> disturbed;  ///< draws 3 measured station + CodeInput of it
+  std::optional<survey::Survey> well;                                ///< none: maps of directions alone
+  std::optional<analysis::WellDesign> design;                        ///< of a made-up well
+  std::vector<double> inclination_deg, azimuth_deg;                  ///< of the maps; empty: none
+  std::vector<double> latitude_deg, longitude_deg;                   ///< of maps over places, of one well; empty: none
+  scenario::FieldOfPlaces places;                                    ///< what the places' fields are
   std::vector<analysis::CodeScope> scopes;
   std::vector<analysis::CodeQuantity> quantities;
   scenario::PredictionOrders orders;  ///< of the last position

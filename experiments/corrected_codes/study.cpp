@@ -13,6 +13,7 @@
 #include "base/units.h"
 #include "compare/order_rows.h"
 #include "random/study_stream.h"
+#include "scenario/disturbance.h"
 #include "stats/sample_summary.h"
 #include "survey/minimum_curvature.h"
 
@@ -160,7 +161,13 @@ void CorrectedCodesPoint::predict_tails() {
 
 CorrectedCodesPoint::Errors CorrectedCodesPoint::simulate(std::uint64_t first, int count) const {
   const int stations = runs_->stations();
-  const CorrectedRun run = runs_->run(random::stream_of(s_.seed), first, count);
+  const random::Stream stream = random::stream_of(s_.seed);
+  survey::LaneArray made;
+  if (s_.disturbed) {
+    made = survey::LaneArray(survey::groups_for(count), 3 * stations);
+    s_.disturbed->fill(stream, first, false, survey::groups_for(count), made);
+  }
+  const CorrectedRun run = runs_->run(stream, first, count, s_.disturbed ? &made : nullptr);
   Errors out{Eigen::MatrixXd(count, 2 * static_cast<int>(kPositionCount)),
              Eigen::MatrixXd(count, stations),
              Eigen::MatrixXd(count, stations),
@@ -383,6 +390,10 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
   }
   if (s_.latitude_deg.empty()) r.tables.push_back(zone_table(s_));
   r.tables.push_back(terms_table(s_));
+  if (s_.disturbance) {
+    const random::Stream stream = random::stream_of(s_.seed);
+    r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, s_.trials > 0 ? &stream : nullptr));
+  }
   r.tables.push_back(validity_table(s_, comparison_ ? &*comparison_ : nullptr, tally));
   return r;
 }

@@ -122,7 +122,8 @@ store::Table budget_table(const Scenario& s, const analysis::CodeComparison& c) 
 
 store::Table requirement_table(const Scenario& s, const analysis::CodeComparison& c) {
   compare::TableRows t("requirement", "what would have to be for the claim to hold just yet, first order");
-  const std::array<int, kBudget.size()> stations = s.design ? stations_needed(s) : std::array<int, kBudget.size()>{};
+  const bool is_counted = s.design && !s.disturbance;  // other stations would have other times
+  const std::array<int, kBudget.size()> stations = is_counted ? stations_needed(s) : std::array<int, kBudget.size()>{};
   for (std::size_t i = 0; i < kBudget.size(); ++i) {
     const CodeQuantity q = kBudget[i];
     const analysis::CodeRequirement r = analysis::code_requirement(c, *s.well, q, s.margin);
@@ -137,7 +138,9 @@ store::Table requirement_table(const Scenario& s, const analysis::CodeComparison
     t.number("total_nT", "nT", "sd of the total field at this factor", r.reference * d.run.total);
     t.number("interference_factor", "1", "largest factor on the interference of the drill string", r.interference);
     t.number("interference_nT", "nT", "sd of the interference at this factor", r.interference * d.interference);
-    t.count("stations", "fewest stations on the path of a made-up well; 0: more than 400, or a survey", stations[i]);
+    t.count("stations",
+            "fewest stations on the path of a made-up well; 0: more than 400, a survey, or with a disturbance",
+            stations[i]);
   }
   return t.take();
 }

@@ -461,7 +461,10 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
     r.tables.push_back(order_coverage_table(tally));
   }
   r.tables.push_back(covariance_table(tally));
-  if (s_.disturbance) r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, &stream_));
+  if (s_.disturbance) {
+    r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, &stream_));
+    r.tables.push_back(disturbance_runs_table());
+  }
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
   r.tables.push_back(scenario::validity_table(s_.survey, s_.tools, s_.validity));

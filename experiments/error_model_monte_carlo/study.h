@@ -92,9 +92,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   void predict_tails();
   void plan_draws();
   /// Draws of different stations are correlated.
-  bool has_memory() const {
-    return s_.disturbance && !(s_.disturbance->keeps_normals() && s_.disturbance->process.tau == 0);
-  }
+  bool has_memory() const { return s_.disturbance && s_.disturbance->has_memory(); }
   /// Of one source alone at a point (m2).
   Eigen::Matrix3d source_covariance(std::size_t source, const propagate::WellPoint& point,
                                     propagate::FirstOrder which) const;
@@ -119,6 +117,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
                                                const std::string& table) const;
   /// axes, position and position_hla.
   std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
+  store::Table disturbance_runs_table() const;
   store::Table by_source_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table orders_table(const stats::Tally& tally) const;

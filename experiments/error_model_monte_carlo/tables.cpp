@@ -223,6 +223,48 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
   return all;
 }
 
+store::Table ErrorModelMonteCarlo::disturbance_runs_table() const {
+  constexpr std::uint64_t kShownTrials = 6;
+  constexpr std::size_t kShownStations = 200;
+  compare::TableRows t("disturbance_runs",
+                       "the first trials of the disturbance along the run, and what it alone does to the position");
+  std::vector<bool> keep(errors_.sources.size(), false);
+  for (const std::uint32_t draw : disturbed_->draws) keep[errors_.draws[draw].source] = true;
+  const propagate::WellErrors own = propagate::only_sources(errors_, keep),
+                              independent = propagate::with_independent_draws(own, *disturbed_);
+  std::vector<std::vector<double>> values;
+  for (std::uint64_t trial = 0; trial < kShownTrials; ++trial) {
+    const std::vector<double> made = disturbed_->disturbance.values(stream_, trial, s_.antithetic);
+    values.emplace_back(errors_.draws.size(), 0.0);
+    for (std::size_t i = 0; i < made.size(); ++i) values.back()[disturbed_->draws[i]] = made[i];
+  }
+  const std::size_t last = depths_.back().point.station, stride = 1 + last / kShownStations;
+  for (std::size_t k = 1; k <= last; k += stride) {
+    const survey::Station& at = s_.survey.stations[k];
+    const Vector3d lateral = survey::rotation_hla_from_nev(at.inclination, at.azimuth).row(1);
+    const auto along = [&](const propagate::WellErrors& errors) {
+      return Eigen::RowVectorXd(lateral.transpose() *
+                                propagate::draw_effects(errors, {k, 1}, propagate::FirstOrder::minimum_curvature));
+    };
+    const Eigen::RowVectorXd by_draws = along(own);
+    const double sd = along(independent).norm();
+    for (std::uint64_t trial = 0; trial < kShownTrials; ++trial) {
+      const std::vector<double>& z = values[trial];
+      double azimuth = 0;
+      for (const propagate::DrawEffect& e : own.at[k]) azimuth += z[e.draw] * e.azimuth;
+      t.count("trial", "number of the trial", trial);
+      t.number("md_m", "m", "measured depth of the station", at.md);
+      t.number("time_h", "h", "since the first station", (s_.disturbance->times[k] - s_.disturbance->times[0]) / 3600);
+      t.number("azimuth_deg", "deg", "error of the station's azimuth by the disturbance", azimuth / kDegree);
+      t.number("lateral_m", "m", "lateral error of the position there by the disturbance, to first order",
+               by_draws * Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size())));
+      t.number("lateral_sd_m", "m", "its predicted sd", sd);
+      t.number("independent_sd_m", "m", "its sd if the draws of the stations were independent", by_draws.norm());
+    }
+  }
+  return t.take();
+}
+
 store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) const {
   compare::TableRows t(
       "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + compare::at_confidence(s_.verdict));

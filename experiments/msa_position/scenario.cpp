@@ -10,6 +10,7 @@
 #include "estimate/estimators.h"
 #include "estimate/sensitivity.h"
 #include "msa_position/study.h"
+#include "scenario/disturbance.h"
 #include "scenario/drilling.h"
 #include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
@@ -35,6 +36,30 @@ void read_laws(config::ConfigReader& c, Scenario& s) {
   s.noise.reference_total *= s.laws.of(random::ReferenceElement::total).sd;
   s.noise.reference_dip *= s.laws.of(random::ReferenceElement::dip).sd;
   if (s.with_position) s.tails = compare::read_tail_rule(c, s.laws);
+}
+
+/// The errors of the reference that are new at every station become a function of time.
+void read_disturbance(config::ConfigReader& c, Scenario& s) {
+  s.disturbance = scenario::read_disturbance(c, s.survey);
+  if (!s.disturbance) return;
+  const disturbance::Disturbance& d = *s.disturbance;
+  c.require(s.noise.reference == sensor::ReferenceNoise::per_station, "disturbance.kind",
+            "takes the place of the reference's errors at every station: noise.reference.per must be \"station\"");
+  constexpr std::array<disturbance::Element, 2> kElements{disturbance::kTotal, disturbance::kDip};
+  std::vector<disturbance::StationDraw> draws;
+  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(s.survey.size()); ++k)
+    for (std::uint32_t i = 0; i < kElements.size(); ++i)
+      draws.push_back({k, kElements[i], i, random::Channel::reference_field, 2 * k + i});
+  s.disturbed = std::make_shared<const disturbance::StationDisturbance>(d, s.field, draws);
+  const std::array<double*, 2> sizes{&s.noise.reference_total, &s.noise.reference_dip};
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const double own = s.disturbed->sizes()[kElements[i]];
+    if (!d.match_variance) *sizes[i] = own;
+    c.require(d.keeps_normals() || *sizes[i] == 0 || own > 0, "disturbance.match",
+              fmt::format("the disturbance does not change the {}, which noise.reference has",
+                          disturbance::kElementNames[kElements[i]]));
+    *sizes[i] *= d.scale;
+  }
 }
 
 /// The rest of a config with `[[event]]`.
@@ -72,14 +97,22 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
               "must contain \"parameters\", from which all else follows");
     s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
   }
-  s.control_variate =
-      c.boolean("control_variate",
-                "tally the first-order prediction of every trial beside it, which makes intervals shorter", true);
   read_model(c, s);
   read_laws(c, s);
+  read_disturbance(c, s);
   s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
+  // A controlled sd is near its prediction whatever is drawn, and that of a disturbance is in question.
+  const bool has_memory = s.disturbance && s.disturbance->has_memory();
+  s.control_variate =
+      c.boolean("control_variate",
+                "tally the first-order prediction of every trial beside it, which makes intervals shorter; not of a "
+                "disturbance",
+                !has_memory);
+  c.require(!has_memory || !s.control_variate, "control_variate", "must be false with a [disturbance]");
+  c.require(!s.disturbance || !s.noise.antithetic || s.disturbance->symmetric(), "antithetic",
+            "a disturbance of kind \"series\" or \"diurnal\" and its negative are not equally likely");
   s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.assumed_noise = scenario::read_assumed_noise(c, s.estimator.name);
   c.require(s.assumed_noise == sensor::AssumedNoise::constant ||
@@ -92,6 +125,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "are predictions of the position, which \"outputs\" leaves out");
   c.require(!s.laws.any() || !s.orders.any(), "prediction.orders",
             "are of normal errors: not together with reference_law");
+  c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
+  c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   s.verdict = compare::read_verdict_rule(c);
   const std::vector<compare::Row> rows = rows_of(s);
   s.calibration = compare::read_calibration(c, rows);

@@ -2,12 +2,15 @@
 /// The checked settings of a config of `msa_position`.
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "compare/annotations.h"
 #include "compare/calibration.h"
 #include "compare/tails.h"
 #include "compare/trial_plan.h"
+#include "disturbance/station_disturbance.h"
 #include "estimate/observability.h"
 #include "events/event_study.h"
 #include "random/study_id.h"
@@ -42,6 +45,8 @@ struct Scenario {
   sensor::NoiseModel noise;
   random::ReferenceLaws laws;
   compare::TailRule tails;
+  std::optional<disturbance::Disturbance> disturbance;               ///< of the reference of each station
+  std::shared_ptr<const disturbance::StationDisturbance> disturbed;  ///< draw 2 station + {total field, dip} of it
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
   scenario::PredictionOrders orders;

@@ -25,6 +25,7 @@
 #include "msa_position/parameter_set.h"
 #include "propagate/ellipse.h"
 #include "random/study_stream.h"
+#include "scenario/disturbance.h"
 #include "stats/antithetic.h"
 #include "study/experiment.h"
 #include "survey/corrected_position.h"
@@ -84,7 +85,9 @@ Components::Components(const Scenario& s) {
 Model model_of(const Scenario& s) {
   Model m;
   m.clean = sensor::clean_readings(s.survey, s.field, s.errors);
-  m.prediction = analysis::predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator);
+  const Eigen::MatrixXd correlation = s.disturbed ? s.disturbed->correlation() : Eigen::MatrixXd();
+  m.prediction = analysis::predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator,
+                                       s.disturbed ? &correlation : nullptr);
   m.estimator = choose_estimator(s, m.clean, random::stream_of(s.seed));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
@@ -389,6 +392,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   r.tables.push_back(compare::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
+  if (s_.disturbance) r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, &stream_));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
   return r;
 }
@@ -422,7 +426,13 @@ std::string PositionPoint::replay(std::uint64_t trial) const {
 
 void PositionPoint::simulate(std::uint64_t first, Batch& b) const {
   const sensor::NoiseWeights* weights = s_.control_variate ? &prediction_.weights : nullptr;
-  sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums, &mixing_);
+  survey::LaneArray made;
+  if (s_.disturbed) {
+    made = survey::LaneArray(b.readings.groups(), 2 * s_.survey.size());
+    s_.disturbed->fill(stream_, first, s_.noise.antithetic, b.readings.groups(), made);
+  }
+  sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums, &mixing_,
+                            s_.disturbed ? &made : nullptr);
   if (s_.spread.any())
     sensor::spread_tools(clean_, s_.spread, s_.noise.antithetic, stream_, first, b.readings, b.deviation, weights,
                          &b.sums);

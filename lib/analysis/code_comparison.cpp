@@ -29,14 +29,14 @@ constexpr int kTurns = 8;
 
 CorrectedErrors errors_left(const MeasuredStations& stations, const survey::Survey& survey, const CodeCase& which,
                             const Correction& correction) {
-  CorrectedErrors mean = corrected_errors(stations, which.draws, which.noise, correction);
+  CorrectedErrors mean = corrected_errors(stations, which.draws, which.noise, correction, which.correlation);
   if (!which.turned) return mean;
   for (int i = 1; i < kTurns && mean.determined; ++i) {
     survey::Survey turned = survey;
     for (survey::Station& s : turned.stations) s.toolface += i * 2 * kPi / kTurns;
     const CorrectedErrors e =
         corrected_errors(measured_stations(turned, stations.field, which.claimed->first_leg_doubled()), which.draws,
-                         which.noise, correction);
+                         which.noise, correction, which.correlation);
     mean.determined = e.determined;
     mean.condition = std::max(mean.condition, e.condition);
     for (std::size_t input = 0; input < kCodeInputs; ++input) {

@@ -21,6 +21,7 @@ struct CodeCase {
   double noise = 0;  ///< nT
   Correction correction;
   std::shared_ptr<const propagate::ClaimedCode> claimed;
+  StationCorrelation correlation = {};  ///< of what is drawn at the stations
   bool turned = false;  ///< the tool of the whole run by any angle, as likely: what codes are the mean over
 };
 

@@ -116,7 +116,7 @@ void add_square(const Eigen::Matrix<double, 3, Columns>& effect, Matrix3d& sum) 
 
 /// With one estimate for all stations (`shared`), or with one of each station for itself.
 CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
-                       const std::vector<Response>& responses) {
+                       const std::vector<Response>& responses, const StationCorrelation& correlation) {
   const bool shared = responses.size() == 1;
   const std::array<double, kRunInputs> sizes = run_sizes(draws, s.field);
   const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kRunInputs), 1>> size(sizes.data());
@@ -195,6 +195,61 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
       out.azimuth[k][kMagnetometerNoise] = all + direct.squaredNorm() + 2 * direct.dot(response);
     }
   }
+  if (!correlation) return out;
+
+  // What the draws of a pair (input a of station j, input b of station k) have in common, but for a draw with itself.
+  const auto on_position = [&](int input, std::size_t k) -> Vector3d {
+    // A field that is turned to the east makes the azimuth too small.
+    if (input == 2) return -s.lever[k] * station_declination * s.by_declination[k];
+    const Matrix36d by = shared ? through_estimate : Matrix36d(s.lever[k] * tangents[k].by_estimate);
+    return by * station_response(k, input);
+  };
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  std::array<std::vector<Vector3d>, 3> effects;
+  std::array<std::vector<Vector6d>, 2> response;
+  for (int a = 0; a < 3; ++a)
+    for (std::size_t k = 0; k < n; ++k) {
+      effects[static_cast<std::size_t>(a)].push_back(on_position(a, k));
+      if (a < 2) response[static_cast<std::size_t>(a)].push_back(station_response(k, a));
+    }
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
+      Matrix3d position = Matrix3d::Zero();
+      estimate::Matrix6d estimate = estimate::Matrix6d::Zero();  // of a shared one
+      std::vector<Vector6d> seen(n, Vector6d::Zero());           // a: of the estimate with the declination of station k
+      for (std::size_t k = 0; k < n; ++k) {
+        Vector3d of_a = Vector3d::Zero();
+        Vector6d on_estimate = Vector6d::Zero();
+        for (std::size_t j = 0; j < n; ++j) {
+          const double r = correlation(a, j, b, k);
+          const double with_others = a == b && j == k ? r - 1 : r;
+          of_a += with_others * effects[ia][j];
+          if (a < 2 && b < 2 && shared) on_estimate += with_others * response[ia][j];
+          if (a < 2 && b == 2 && (shared || j == k)) seen[k] += r * response[ia][j];
+        }
+        position += of_a * effects[ib][k].transpose();
+        if (a < 2 && b < 2 && shared) estimate += on_estimate * response[ib][k].transpose();
+      }
+      // Of a pair and its mirror each input gets a half.
+      const Matrix3d half = 0.25 * (position + position.transpose());
+      out.position[kStationTotalField + ia] += half;
+      out.position[kStationTotalField + ib] += half;
+      for (std::size_t k = 0; k < n; ++k) {
+        const Eigen::Matrix<double, 1, 6> y = s.right[k] * tangents[k].by_estimate;
+        double common = 0;
+        if (a < 2 && b < 2)
+          common = shared   ? double(y * estimate * y.transpose())
+                   : a == b ? 0.0
+                            : correlation(a, k, b, k) * double(y * response[ia][k]) * double(y * response[ib][k]);
+        else if (a < 2)  // and its mirror (declination first), which the loop has, too
+          common = -double(y * seen[k]) * station_declination * double(s.right[k] * s.by_declination[k]);
+        else if (b < 2)
+          continue;
+        out.azimuth[k][kStationTotalField + ia] += (a < 2 && b == 2 ? 1 : 0.5) * common;
+        out.azimuth[k][kStationTotalField + ib] += (a < 2 && b == 2 ? 1 : 0.5) * common;
+      }
+    }
   return out;
 }
 
@@ -292,7 +347,7 @@ MeasuredStations measured_stations(const survey::Survey& survey, const survey::R
 }
 
 CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
-                                 const Correction& c) {
+                                 const Correction& c, const StationCorrelation& correlation) {
   double condition = 1;
   std::vector<Response> responses;
   estimate::NominalTruth truth{{}, {1, 1, 1}, {0, 0, 0}, s.field};
@@ -316,7 +371,7 @@ CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::Cod
       }
       break;
   }
-  CorrectedErrors out = sum_up(s, draws, noise, responses);
+  CorrectedErrors out = sum_up(s, draws, noise, responses, correlation);
   out.condition = condition;
   return out;
 }

@@ -12,6 +12,7 @@
 /// Inputs of the run are added over the stations before they are squared. One of station j acts by L_j D_j directly and
 /// by (sum_k L_k Y_k) dx/dd through the estimate, so that time is linear in stations times inputs.
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -99,9 +100,14 @@ struct CorrectedErrors {
   double azimuth_variance(std::size_t station) const;
 };
 
-/// `noise`: one sd of a magnetometer reading, nT.
+/// Correlation of the draws of two measured stations: E d_a(j) d_b(k), the inputs a and b being the true 0 total field,
+/// 1 dip, 2 declination less their reference, in units of their sd.
+using StationCorrelation = std::function<double(int a, std::size_t j, int b, std::size_t k)>;
+
+/// `noise`: one sd of a magnetometer reading, nT. `correlation`: of what is drawn at the stations, which is else
+/// independent; half of what two inputs have in common counts to each. Time is then quadratic in the stations.
 CorrectedErrors corrected_errors(const MeasuredStations& stations, const propagate::CodeDraws& draws, double noise,
-                                 const Correction& correction);
+                                 const Correction& correction, const StationCorrelation& correlation = {});
 
 /// Root of the largest generalised eigenvalue of (actual, claimed): the largest ratio of standard deviations in any
 /// direction of the plane. `claimed` must be positive definite: else NaN.

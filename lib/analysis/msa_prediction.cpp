@@ -80,7 +80,7 @@ estimate::InputErrors input_errors(const sensor::NoiseModel& noise, const sensor
 MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceField& field,
                           const sensor::MagnetometerErrors& errors, const sensor::ToolSpread& spread,
                           const sensor::NoiseModel& noise, const sensor::CleanReadings& clean,
-                          const estimate::EstimatorOptions& estimator) {
+                          const estimate::EstimatorOptions& estimator, const Eigen::MatrixXd* correlation) {
   const estimate::NominalTruth truth{sensor::station_fields(clean), errors.gain, errors.bias, field};
   const std::vector<survey::StationFields>& fields = truth.stations;
   std::vector<survey::Vec3<double>> uncorrected;
@@ -96,7 +96,7 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   estimate::InputErrors sizes = sd;  // of a draw of size 1: the law's variance comes with noise_sum_moments
   sizes.magnetometer = noise.magnetometer;
   p.weights = noise_weights(effects_of_draws(effects, sensitive, truth, sizes), noise, spread);
-  p.linear = sensor::noise_sum_moments(p.weights, noise.law);
+  p.linear = sensor::noise_sum_moments(p.weights, noise.law, correlation);
 
   estimate::Vector8d errors_mean = sensitive.shift;
   for (const estimate::Matrix83d& m :
@@ -110,7 +110,15 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
     p.parameters[3 + i] = errors.bias[a] + shift[3 + i];
   }
   p.uncorrected = survey::minimum_curvature_positions(survey.md(), uncorrected).back();
-  const estimate::Matrix8d covariance = estimate::error_covariance(sensitive, fields, sd);
+  estimate::Matrix8d covariance = estimate::error_covariance(sensitive, fields, sd);
+  if (correlation != nullptr) {
+    Eigen::Matrix<double, 8, Eigen::Dynamic> by_draws(8, correlation->cols());
+    for (std::size_t k = 0; k < fields.size(); ++k)
+      by_draws.middleCols<2>(2 * static_cast<Eigen::Index>(k)) =
+          sensitive.by_reference[k] * Eigen::Vector2d(sd.total, sd.dip).asDiagonal();
+    covariance +=
+        by_draws * (*correlation - Eigen::MatrixXd::Identity(by_draws.cols(), by_draws.cols())) * by_draws.transpose();
+  }
   p.parameter_covariance = covariance.topLeftCorner<6, 6>();
   p.reference_covariance = covariance.bottomRightCorner<2, 2>();
   p.claimed_covariance = estimate::error_covariance(sensitive, fields, estimator.assumed);

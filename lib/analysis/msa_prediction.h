@@ -39,11 +39,12 @@ struct MsaPrediction {
 std::array<std::size_t, 3> first_middle_last(std::size_t stations);
 
 /// `clean` are the readings of this survey by this tool (`spread`: by tools that vary about it). Throws InputError when
-/// the stations cannot determine the parameters.
+/// the stations cannot determine the parameters. `correlation`: of the reference's draws, 2 station + {0 total field,
+/// 1 dip}, where they are drawn at every station; null: they are independent.
 MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceField& field,
                           const sensor::MagnetometerErrors& errors, const sensor::ToolSpread& spread,
                           const sensor::NoiseModel& noise, const sensor::CleanReadings& clean,
-                          const estimate::EstimatorOptions& estimator);
+                          const estimate::EstimatorOptions& estimator, const Eigen::MatrixXd* correlation = nullptr);
 
 /// `effects` of draws of size 1 as weights; inputs that are not drawn have none.
 sensor::NoiseWeights noise_weights(const InputEffects<sensor::NoiseWeights::kSums>& effects,

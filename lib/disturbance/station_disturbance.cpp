@@ -23,9 +23,6 @@ StationDisturbance::StationDisturbance(Disturbance disturbance, const survey::Re
   }
   unit_ = elements_by_field(field);
   const Eigen::Vector3d variance = (unit_ * covariance(d_.process, 0) * unit_.transpose()).diagonal();
-  for (const StationDraw& d : draws_)
-    require(variance[d.element] > 0, "the disturbance does not change the {} of the reference",
-            kElementNames[d.element]);
   for (int e = 0; e < kElements; ++e) {
     const double sd = std::sqrt(variance[e]);
     sizes_[static_cast<std::size_t>(e)] = sd;

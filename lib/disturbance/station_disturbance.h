@@ -22,6 +22,8 @@ struct Disturbance {
 
   /// Each error keeps the normals that it has without a disturbance, which only become correlated in time.
   bool keeps_normals() const { return process.kind == Kind::ar1 && match_variance; }
+  /// Draws of different stations are correlated.
+  bool has_memory() const { return !(keeps_normals() && process.tau == 0); }
   /// A disturbance and its negative are equally likely.
   bool symmetric() const { return process.kind != Kind::series; }
 };
@@ -38,8 +40,8 @@ struct StationDraw {
 
 class StationDisturbance {
  public:
-  /// `draws`: those of one source in the order of their stations. Throws InputError where an element is drawn that the
-  /// disturbance does not change.
+  /// `draws`: those of one source in the order of their stations. Draws of an element that the disturbance does not
+  /// change are 0.
   StationDisturbance(Disturbance disturbance, const survey::ReferenceField& field, std::vector<StationDraw> draws);
 
   const std::vector<StationDraw>& draws() const { return draws_; }

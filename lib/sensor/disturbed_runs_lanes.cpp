@@ -26,6 +26,7 @@ survey::Vec3<T> turn(const survey::Vec3<T>& v, const T& sine, const T& cosine) {
 struct DrawnNormals {
   const random::Stream& stream;
   Bits<T> trial;
+  const double* made;  ///< draws of the stations in place of the stream's, or null
   std::array<T, 16> run() const {
     std::array<T, 16> z;
     for (std::uint32_t call = 0; call < 4; ++call) {
@@ -36,6 +37,10 @@ struct DrawnNormals {
   }
   T turn() const { return stream.uniforms<T>(trial, random::Channel::disturbed_run, Bits<T>(4))[0]; }
   std::array<T, 4> station(int k) const {
+    if (made != nullptr) {
+      const double* row = made + 3 * k * kGroup;
+      return {load<T>(row), load<T>(row + kGroup), load<T>(row + 2 * kGroup), T(0.0)};
+    }
     return stream.normals<T>(trial, random::Channel::disturbed_station, Bits<T>(static_cast<std::uint64_t>(k)));
   }
   std::array<T, 4> noise(int row) const {
@@ -144,7 +149,8 @@ void run_all(const DisturbedRunBatch& b, const NormalsOf& normals_of) {
 
 void disturbed_runs(const DisturbedRunBatch& b, const random::Stream& stream) {
   run_all(b, [&](int group, int lane) {
-    return DrawnNormals{stream, consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane))};
+    return DrawnNormals{stream, consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)),
+                        b.made == nullptr ? nullptr : b.made + static_cast<std::size_t>(group) * b.made_stride + lane};
   });
 }
 

@@ -22,6 +22,8 @@ struct DisturbedRunBatch {
   std::uint64_t first_trial;
   double *magnetic, *down, *reference;
   std::size_t magnetic_stride, down_stride, reference_stride;
+  const double* made;  ///< draws of the stations; null: the stream's
+  std::size_t made_stride;
 };
 
 SURVEYMC_KERNEL(void disturbed_runs(const DisturbedRunBatch& batch, const random::Stream& stream));

@@ -41,7 +41,7 @@ std::vector<survey::StationFields> station_fields(const CleanReadings& clean) {
   return fields;
 }
 
-NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
+NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law, const Eigen::MatrixXd* correlation) {
   NoiseSumMoments m{};
   using Row = Eigen::Matrix<double, NoiseWeights::kSums, 1>;
   const auto add = [&](const std::vector<double>& w, double mean, double variance) {
@@ -57,6 +57,10 @@ NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
   add(weights.accelerometer, 0, 1);
   add(weights.reference, 0, 1);
   add(weights.tool, 0, 1);
+  if (correlation == nullptr) return m;
+  const Eigen::Map<const Eigen::Matrix<double, NoiseWeights::kSums, Eigen::Dynamic>> w(
+      weights.reference.data(), NoiseWeights::kSums, correlation->cols());
+  m.covariance += w * (*correlation - Eigen::MatrixXd::Identity(w.cols(), w.cols())) * w.transpose();
   return m;
 }
 
@@ -104,7 +108,8 @@ ReadingRows reading_rows(const CleanReadings& clean, const survey::ReferenceFiel
 
 void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                        const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
-                       const NoiseWeights* weights, survey::LaneArray* sums, const ReferenceMixing* mixing) {
+                       const NoiseWeights* weights, survey::LaneArray* sums, const ReferenceMixing* mixing,
+                       const survey::LaneArray* made) {
   assert(first_trial % simd::kGroup == 0);
   assert(!noise.antithetic || symmetric(noise.law));
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
@@ -127,7 +132,10 @@ void simulate_readings(const CleanReadings& clean, const survey::ReferenceField&
                             weights ? sums->group_stride() : 0,
                             mixed ? drawn.row(0, 0) : nullptr,
                             mixed ? drawn.group_stride() : 0,
-                            mixed ? mixing->slot_of.data() : nullptr};
+                            mixed ? mixing->slot_of.data() : nullptr,
+
+                            made ? made->row(0, 0) : nullptr,
+                            made ? made->group_stride() : 0};
   simd::run_kernel<isa_v3::simulate, isa_v4::simulate>(batch);
 }
 

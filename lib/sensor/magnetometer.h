@@ -86,7 +86,9 @@ struct NoiseSumMoments {
   Eigen::Matrix<double, NoiseWeights::kSums, 1> mean;
   Eigen::Matrix<double, NoiseWeights::kSums, NoiseWeights::kSums> covariance;
 };
-NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law);
+/// `correlation`: of the reference's draws, in the order of `weights.reference`; null: they are independent.
+NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law,
+                                  const Eigen::MatrixXd* correlation = nullptr);
 
 /// A batch of the right shape for this survey and noise.
 survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
@@ -94,10 +96,11 @@ survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseMod
 /// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
 /// noise.antithetic needs symmetric(noise.law).
 /// `mixing`: of reference_mixing(); null, or empty: all errors of the reference are normal.
+/// `made`: the reference's draws in place of the stream's, rows 2 station + {0 total field, 1 dip}.
 /// If `weights` is given, `sums` (NoiseWeights::kSums rows) gets the weighted sums of every trial's draws.
 void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                        const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
                        const NoiseWeights* weights = nullptr, survey::LaneArray* sums = nullptr,
-                       const ReferenceMixing* mixing = nullptr);
+                       const ReferenceMixing* mixing = nullptr, const survey::LaneArray* made = nullptr);
 
 }  // namespace surveymc::sensor

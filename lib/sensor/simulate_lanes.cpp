@@ -79,12 +79,15 @@ void store_reference(const T& total, const T& dip, double* out) {
 }
 
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial. `mixing`: of
-/// these trials.
-void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, const double* mixing, double* out,
-                    Sums& sums) {
+/// these trials; `made`: the draws, or null.
+void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, const double* mixing,
+                    const double* made, double* out, Sums& sums) {
   for (int k = 0; k < b.rows.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
-    if (b.noise.reference != ReferenceNoise::none) {
+    if (made != nullptr) {
+      for (std::size_t i = 0; i < (k + 1 < b.rows.reference_pairs ? 4 : 2); ++i)
+        draw[i] = load<T>(made + (2 * static_cast<std::size_t>(k) + i) * kGroup);
+    } else if (b.noise.reference != ReferenceNoise::none) {
       draw =
           b.stream.normals<T>(from.trial, random::Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
       for (T& v : draw) v = random::signed_draw(v, from);
@@ -131,6 +134,7 @@ void simulate(const SimulateBatch& b) {
         }
       }
       draw_reference(b, from, b.mixing == nullptr ? nullptr : b.mixing + g * b.mixing_stride + lane,
+                     b.made == nullptr ? nullptr : b.made + g * b.made_stride + lane,
                      b.rows.reference + g * b.rows.reference_stride + lane, sums);
       if (b.sums)
         for (std::size_t q = 0; q < sums.size(); ++q) store(b.sums + g * b.sums_stride + q * kGroup + lane, sums[q]);

@@ -34,6 +34,8 @@ struct SimulateBatch {
   const double* mixing;  ///< rows of draw_mixing(); null: the reference is normal
   std::size_t mixing_stride;
   const std::int32_t* slot_of;  ///< of ReferenceMixing
+  const double* made;           ///< draws of the reference, rows 2 station + {total field, dip}; null: the stream's
+  std::size_t made_stride;
 };
 
 /// The same of normals that are given: rows of `z` from which each source is read; null: not drawn.

@@ -245,3 +245,61 @@ TEST_CASE("The worst direction is where the ratio of the standard deviations is 
              WithinRel(worst, 1e-12));
   CHECK(std::isnan(worst_ratio(actual, Eigen::Matrix2d::Zero())));
 }
+
+TEST_CASE("Errors of the stations that do not change along the run are those of the run") {
+  const Well w{"north-east", built(80, 45), field_of(50500, 73)};
+  Case c("MWD+IFR1", "MWD+IFR1+AX", "MWD+IFR1+MS");
+  c.draws = {};
+  c.draws.run.total = c.draws.station.total = 60;
+  c.draws.run.dip = c.draws.station.dip = 0.08 * kDegree;
+  c.draws.run.declination = c.draws.station.declination = 0.17 * kDegree;
+  const auto errors = [&](const std::string& kind, const StationCorrelation& rho) {
+    return corrected_errors(measured_stations(w.survey, w.field, true), c.draws, 0, correction(kind, c.draws), rho);
+  };
+  for (const char* kind : {"none", "msa", "msa3", "axial"}) {
+    CAPTURE(kind);
+    const CorrectedErrors lasting = errors(kind, [](int a, std::size_t, int b, std::size_t) { return a == b; }),
+                          independent =
+                              errors(kind, [](int a, std::size_t j, int b, std::size_t k) { return a == b && j == k; }),
+                          plain = errors(kind, {});
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t run = kTotalField + i, station = kStationTotalField + i;
+      // Effects of one input may cancel: rounding is that of all.
+      const double size = lasting.covariance().trace();
+      CHECK((lasting.position[station] - lasting.position[run]).norm() < 1e-9 * size);
+      CHECK((independent.position[station] - plain.position[station]).norm() < 1e-12 * size);
+      for (std::size_t k = 0; k < lasting.azimuth.size(); ++k) {
+        CHECK_THAT(lasting.azimuth[k][station], WithinAbs(lasting.azimuth[k][run], 1e-9 * lasting.azimuth_variance(k)));
+        CHECK_THAT(independent.azimuth[k][station],
+                   WithinAbs(plain.azimuth[k][station], 1e-12 * plain.azimuth_variance(k)));
+      }
+    }
+  }
+}
+
+TEST_CASE("What two inputs of the stations have in common is counted once, half to each") {
+  // dip = rho declination + ...: the variance of a sum, by the inputs one at a time and together.
+  const Well w{"north-east", built(80, 45), field_of(50500, 73)};
+  Case c("MWD+IFR1", "MWD+IFR1+AX", "MWD+IFR1+MS");
+  const auto total = [&](double sign) {
+    c.draws = {};
+    c.draws.station.total = 60;
+    c.draws.station.dip = 0.08 * kDegree;
+    c.draws.station.declination = 0.17 * kDegree;
+    return corrected_errors(measured_stations(w.survey, w.field, true), c.draws, 0, correction("msa", c.draws),
+                            [sign](int a, std::size_t j, int b, std::size_t k) {
+                              const double memory = std::exp(-0.1 * std::abs(double(j) - double(k)));
+                              return (a == b ? 1 : 0.4 * sign) * memory;
+                            });
+  };
+  const CorrectedErrors plus = total(1), none = total(0), minus = total(-1);
+  const double common = (plus.covariance() - none.covariance()).norm();
+  CHECK(common > 0.05 * none.covariance().norm());
+  // Linear in the correlation.
+  CHECK((plus.covariance() + minus.covariance() - 2 * none.covariance()).norm() < 1e-9 * common);
+  for (std::size_t k : {std::size_t{45}, std::size_t{59}}) {
+    const double change = plus.azimuth_variance(k) - none.azimuth_variance(k);
+    CHECK(std::abs(change) > 1e-3 * none.azimuth_variance(k));
+    CHECK_THAT(none.azimuth_variance(k) - minus.azimuth_variance(k), WithinRel(change, 1e-6));
+  }
+}

@@ -230,3 +230,30 @@ TEST_CASE("First order is whole: 200 wells, any gains, every estimator, every sd
 }
 
 TEST_CASE("First order is whole: 4000 wells", "[.][nightly]") { check_first_order_of_wells(4000, 512); }
+
+TEST_CASE("A reference whose errors do not change from station to station is one of the run") {
+  const test::RandomRun r = test::random_run(11, 1);
+  sensor::NoiseModel noise;
+  noise.magnetometer = 40;
+  noise.reference = sensor::ReferenceNoise::per_run;
+  noise.reference_total = 90;
+  noise.reference_dip = 0.12 * kDegree;
+  const sensor::CleanReadings clean = sensor::clean_readings(r.survey, r.field, r.errors);
+  const MsaPrediction of_run = predict_msa(r.survey, r.field, r.errors, {}, noise, clean, {});
+  noise.reference = sensor::ReferenceNoise::per_station;
+  const Eigen::Index n = 2 * r.survey.size();
+  Eigen::MatrixXd lasting = Eigen::MatrixXd::Zero(n, n), unit = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i % 2; j < n; j += 2) lasting(i, j) = 1;
+  const MsaPrediction of_stations = predict_msa(r.survey, r.field, r.errors, {}, noise, clean, {}, &lasting),
+                      independent = predict_msa(r.survey, r.field, r.errors, {}, noise, clean, {}, &unit),
+                      plain = predict_msa(r.survey, r.field, r.errors, {}, noise, clean, {});
+  const auto close = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+    return (a - b).cwiseAbs().maxCoeff() < 1e-9 * b.cwiseAbs().maxCoeff();
+  };
+  CHECK(close(of_stations.linear.covariance, of_run.linear.covariance));
+  CHECK(close(of_stations.parameter_covariance, of_run.parameter_covariance));
+  CHECK(close(of_stations.reference_covariance, of_run.reference_covariance));
+  CHECK(close(independent.linear.covariance, plain.linear.covariance));
+  CHECK_FALSE(close(of_stations.parameter_covariance, plain.parameter_covariance));
+}

@@ -146,3 +146,23 @@ TEST_CASE("A turned run is the run of a survey whose toolfaces are larger by one
     }
   }
 }
+
+TEST_CASE("Draws of the stations that the caller makes take the place of the stream's, to the bit") {
+  const DisturbedRunSetup setup = setup_of(well());
+  const random::Stream stream(7, 65000);
+  survey::ReadingBlock block = make_disturbed_block(16, setup), given = make_disturbed_block(16, setup);
+  survey::LaneArray made(block.groups(), 3 * block.stations);
+  for (int t = 0; t < 16; ++t)
+    for (int k = 0; k < block.stations; ++k)
+      for (std::uint32_t i = 0; i < 3; ++i)
+        made.row(t / simd::kGroup, 3 * k + static_cast<int>(i))[t % simd::kGroup] =
+            stream.normal(static_cast<std::uint64_t>(32 + t), random::Channel::disturbed_station,
+                          4 * static_cast<std::uint32_t>(k) + i);
+  draw_disturbed_runs(setup, stream, 32, block);
+  draw_disturbed_runs(setup, stream, 32, given, &made);
+  for (int t = 0; t < 16; ++t)
+    for (int r = 0; r < 3 * block.stations; ++r) {
+      CHECK(given.magnetic.value(t, r) == block.magnetic.value(t, r));
+      CHECK(given.down.value(t, r) == block.down.value(t, r));
+    }
+}

@@ -9,6 +9,8 @@
 <stem>_tails     with table `tails`: lateral errors beyond k sd against k, and the line of the normal distribution
 <stem>_tails_map over inclination and azimuth of made-up wells: how many are beyond 3.5 sd
 <stem>_map       over inclination and azimuth of made-up wells: ratio of the smallest axis, coverage of the 3-sigma ellipse
+<stem>_disturbance   the first trials of a disturbance along the run: errors of azimuths, and of the lateral position, with its
+                 predicted sd and that of independent errors
 
 each as PNG and SVG, and each only if the file has the data. Depth: the deepest, or the reported one nearest to --md (m).
 """
@@ -195,6 +197,37 @@ def map_figure(title, axes, ellipses, md):
     return figure
 
 
+# --- 5: disturbance -------------------------------------------------------------------------------------------------
+
+
+def disturbance_figure(title, runs):
+    """Above the errors of the azimuths, below the lateral errors; the trial with the largest lateral error stands out."""
+    figure, panels = plt.subplots(2, 1, figsize=(8.2, 6.8), sharex=True, layout="constrained")
+    trials = sorted(set(runs["trial"]))
+    worst = runs["trial"][np.argmax(np.abs(runs["lateral_m"]))]
+    one = runs.where(lambda i: runs["trial"][i] == worst)
+    for k in (2, 1):
+        panels[1].fill_between(one["time_h"], -k * one["lateral_sd_m"], k * one["lateral_sd_m"], color="#D55E00", alpha=0.14, linewidth=0)
+        for sign in (-1, 1):
+            panels[1].plot(one["time_h"], sign * k * one["independent_sd_m"], color="#222222", linewidth=1.0, linestyle=LINES[1 if k == 2 else 2])
+    for trial in (*(x for x in trials if x != worst), worst):
+        here = runs.where(lambda i: runs["trial"][i] == trial)
+        look = {"color": "#0072B2", "linewidth": 1.8, "zorder": 4} if trial == worst else {"color": "#8A8A8A", "linewidth": 0.9}
+        for ax, column in zip(panels, ("azimuth_deg", "lateral_m")):
+            ax.plot(here["time_h"], here[column], marker="." if len(here["time_h"]) < 60 else None, markersize=4, **look)
+    panels[0].set_ylabel(f"Error of the azimuth ({DEGREE})")
+    panels[1].set_ylabel("Lateral error (m)")
+    panels[1].set_xlabel("Time since the first station (h)")
+    drawing.heading(figure, title, f"The disturbance alone, {len(trials)} trials. Where it lasts, the position's errors add up: "
+                    f"at the end its sd is {one['lateral_sd_m'][-1]:.2g} m, and {one['independent_sd_m'][-1]:.2g} m if every station had a new one.")
+    drawing.legend_below(figure, [
+        Line2D([], [], color="#0072B2", linewidth=1.8, label="trial with the largest lateral error"),
+        Line2D([], [], color="#8A8A8A", linewidth=0.9, label="other trials"),
+        Line2D([], [], color="#D55E00", alpha=0.3, linewidth=7, label="1, 2 predicted sd"),
+        Line2D([], [], color="#222222", linewidth=1.0, linestyle=LINES[1], label="1, 2 sd of independent errors")])
+    return figure
+
+
 # --------------------------------------------------------------------------------------------------------------------
 
 
@@ -209,6 +242,7 @@ def main():
         axes, ellipses, covariances, sources, beyond = (reading.read_table(file, n) for n in
                                                         ("axes", "ellipse", "position_covariance", "by_source", "tails"))
         samples = reading.read_table(file, "realisations", "samples")
+        runs = reading.read_table(file, "disturbance_runs")
     if covariances is None or covariances.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position_covariance' is missing or empty")
     depths = sorted(set(covariances["md_m"]))
@@ -236,4 +270,9 @@ def main():
     if sources is not None and sources.rows:
         first = reading.sweep_points(covariances, others)[0]
         figures["sources"] = sources_figure(title, reading.at_point(sources, others, first), md)
+    if runs is not None and runs.rows:
+        for index, point in enumerate(reading.sweep_points(runs, keys)):
+            words = wording.point_name(keys, point)
+            figures["disturbance" if not keys else f"disturbance_{index}"] = disturbance_figure(
+                f"{title}: {words}" if words else title, reading.at_point(runs, keys, point))
     saving.save_all({name: figure for name, figure in figures.items() if figure is not None}, arguments)
