@@ -17,6 +17,7 @@
 #include "multistation/hold_out.h"
 #include "random/study_id.h"
 #include "scenario/input_remarks.h"
+#include "scenario/parameter_set.h"
 #include "scenario/scenario.h"
 #include "stats/intervals.h"
 
@@ -138,8 +139,11 @@ MultistationRun read_multistation_run(config::ConfigReader& c) {
   o.total = r.field.total;
   o.dip = r.field.dip;
   if (!is_instrument) scenario::remark_on_readings(c, r.file, r.field);
-  if (!c.boolean("estimator.priors", "false: nothing is known of the tool before the run", true))
+  o.prior_sd = scenario::read_priors(c, o.prior_sd);
+  if (!c.boolean("estimator.use_priors", "false: nothing is known of the tool before the run", true)) {
+    c.require(!c.has("estimator.priors"), "estimator.use_priors", "is false, and estimator.priors has values: drop one");
     o.prior_sd.fill(kInfinity);
+  }
   const auto positive = [&](const char* key, const char* meaning, double fallback) {
     return c.number(key, config::Range::positive(), meaning, fallback);
   };

@@ -43,6 +43,11 @@ bool wants_parameter_set(config::ConfigReader& c) {
   return c.has("estimator.parameters") && read_names(c) != std::vector<std::string>{"6"};
 }
 
+PerParameter<double> read_priors(config::ConfigReader& c, const PerParameter<double>& fallback) {
+  static const PerParameter<std::string> prior_meanings = meanings("prior about 0");
+  return read_each(c, "estimator.priors.", config::Range::positive(), prior_meanings, fallback);
+}
+
 multistation::FitOptions read_parameter_set(config::ConfigReader& c, const AssumedSizes& truth,
                                             const survey::ReferenceField& field) {
   const std::vector<std::string> names = read_names(c);
@@ -53,8 +58,7 @@ multistation::FitOptions read_parameter_set(config::ConfigReader& c, const Assum
   });
   const std::string name = c.choice("estimator.name", {"msa", "msa_joint"}, config::kMeaningElsewhere);
   o.estimates_reference = name == "msa_joint";
-  static const PerParameter<std::string> prior_meanings = meanings("prior about 0");
-  o.prior_sd = read_each(c, "estimator.priors.", config::Range::positive(), prior_meanings, o.prior_sd);
+  o.prior_sd = read_priors(c, o.prior_sd);
   const double accelerometer = c.number("estimator.accelerometer_mps2", config::Range::closed(0, 1),
                                         config::kMeaningElsewhere, truth.accelerometer),
                magnetometer = c.number("estimator.magnetometer_nT", config::Range::closed(0, 1e5),

@@ -19,6 +19,11 @@ struct AssumedSizes {
 /// with "6", which is the estimator without it (read_estimator()).
 bool wants_parameter_set(config::ConfigReader& config);
 
+/// `estimator.priors.NAME`: one standard deviation of each parameter of the table about 0; without the key that of
+/// `fallback`.
+multistation::PerParameter<double> read_priors(config::ConfigReader& config,
+                                               const multistation::PerParameter<double>& fallback);
+
 /// The estimator of such a config: `[estimator] name ("msa": the reference taken as it is, a consider parameter;
 /// "msa_joint": estimated with it), parameters, priors.NAME, magnetometer_nT, accelerometer_mps2, reference = {
 /// gravity_mps2, total_nT, dip_deg }, max_iterations`. Sizes that it does not name are those of the simulation.

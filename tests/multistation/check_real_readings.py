@@ -29,7 +29,7 @@ gravity_mps2 = {gravity}
 [estimator]
 name = "multistation"
 parameters = "{parameters}"
-priors = false
+use_priors = false
 reference = "unknown"
 robust.loss = "{loss}"
 [residual_sd]
