@@ -28,7 +28,11 @@ def call(*command, **options):
     return done.stdout.strip()
 
 
-with tempfile.TemporaryDirectory(prefix="surveymc-container-") as folder:
+# The driver vfs copies the system in every step; /tmp may be a small part of the memory.
+roomy = None if shutil.disk_usage(tempfile.gettempdir()).free > 16e9 else build
+with tempfile.TemporaryDirectory(prefix="surveymc-container-", dir=roomy) as folder:
+    os.environ["TMPDIR"] = folder
+
     def buildah(*words):
         return call("buildah", "--root", f"{folder}/storage", "--runroot", f"{folder}/run", "--storage-driver", "vfs", *words)
 
