@@ -126,7 +126,7 @@ CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scena
 void CorrectedCodesPoint::predict_tails() {
   const analysis::CorrectedErrors& after = comparison_->after;
   for (std::size_t e = 0; e < 3; ++e)
-    if (s_.laws.elements[e].law && s_.laws.global) law_elements_.push_back(e);
+    if (s_.laws.elements[e].law && s_.laws.global) law_elements_.push_back(static_cast<random::ReferenceElement>(e));
   if (!s_.tails.wanted) return;
   // Shares V as the draws do: of one time one slot an element, or one for all.
   const auto add = [&](const std::array<Eigen::Vector3d, 3>& effects, const Eigen::RowVector3d& u, double sd,
@@ -243,7 +243,8 @@ void CorrectedCodesPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& t
   const int groups = survey::groups_for(block.count);
   const random::Stream stream = random::stream_of(s_.seed);
   std::vector<std::vector<double>> draws;
-  for (const std::size_t e : law_elements_) {
+  for (const random::ReferenceElement element : law_elements_) {
+    const auto e = static_cast<std::size_t>(element);
     survey::LaneArray v(groups, 2);
     random::draw_mixing(stream, {runs_->setup().slots[static_cast<std::size_t>(runs_->setup().slot_of[e])]},
                         block.first, false, groups, v.row(0, 0), v.group_stride());
@@ -373,7 +374,7 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
                                               tally.trials - tally.failed, s_.verdict, s_.annotations, tally.trials,
                                               tally.failed));
       r.tables.push_back(compare::laws_table(
-          s_.laws, drawn && !law_elements_.empty() ? &tally.groups.back() : nullptr,
+          s_.laws, law_elements_, drawn && !law_elements_.empty() ? &tally.groups.back() : nullptr,
           drawn && !law_elements_.empty() ? tally.counts.data() + tail_counts() + kPositionCount * s_.tails.k.size()
                                           : nullptr,
           s_.verdict.confidence));

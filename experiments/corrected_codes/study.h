@@ -71,10 +71,10 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   std::optional<CorrectedRuns> runs_;          ///< where there are trials, or orders beyond the first
   std::optional<orders::Predictions> orders_;  ///< none where the correction is not determined
   std::array<Eigen::RowVector3d, kPositionCount> directions_;
-  std::array<double, kPositionCount> claimed_{};  ///< sd along each of them, scope magnetic, m
-  std::vector<compare::TailQuantity> tails_;      ///< of kPositions after the correction
-  std::vector<std::size_t> law_elements_;         ///< elements of the run with a law
-  std::vector<double> claimed_azimuth_;           ///< sd of sinI dA at each measured station, rad
+  std::array<double, kPositionCount> claimed_{};        ///< sd along each of them, scope magnetic, m
+  std::vector<compare::TailQuantity> tails_;            ///< of kPositions after the correction
+  std::vector<random::ReferenceElement> law_elements_;  ///< elements of the run with a law
+  std::vector<double> claimed_azimuth_;                 ///< sd of sinI dA at each measured station, rad
 };
 
 /// Names and settings of a point's row, and the tables made of them.

@@ -154,6 +154,7 @@ void ErrorModelMonteCarlo::predict_tails() {
       if (mixing_.slot_of_draw[i] >= 0 &&
           errors_.sources[errors_.draws[i].source].element == static_cast<random::ReferenceElement>(e)) {
         law_draws_.push_back(i);
+        law_elements_.push_back(static_cast<random::ReferenceElement>(e));
         break;
       }
 }
@@ -355,7 +356,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
         const Vector3d r = e.row(t), linear = l.row(t);
         const Eigen::Vector2d h = r.head<2>();
         const double horizontal = h.dot(p.horizontal_weight * h);
-        values(t, column_of(f, 0)) = r.dot(p.weight * r) - (has_memory() ? 0 : linear.dot(p.weight * linear));
+        values(t, column_of(f, 0)) = r.dot(p.weight * r) - (is_plain() ? 0 : linear.dot(p.weight * linear));
         values(t, column_of(f, 1)) = horizontal;
         for (int a = 0; a < 2; ++a) values(t, column_of(f, 2 + a)) = p.horizontal_axes.col(a).dot(h);
         compare::count_inside(horizontal, tally.counts.data() + 3 * (d * s_.formulations.size() + f));
@@ -409,9 +410,8 @@ ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tall
   const double confidence = s_.verdict.interval_confidence(units(tally));
   const stats::ControlledEstimate sd = stats::controlled_sd(columns, variance, confidence, pairs),
                                   mean = stats::controlled_mean(columns, variance, confidence, pairs);
-  // The known mean of a control is that over all trials: where some failed, it serves no more. Nor does its variance
-  // where the prediction of a disturbance is in question: a controlled sd is near it whatever the draws are.
-  const bool plain = tally.failed > 0 || has_memory();
+  // The known mean of a control is that over all trials: where some failed, it serves no more.
+  const bool plain = tally.failed > 0 || is_plain();
   out.sd =
       plain ? compare::Estimate{sd.plain, sd.plain_interval} : compare::Estimate{sd.controlled, sd.controlled_interval};
   // A path that is linear in the draws leaves no residual, whose variance may be rounding below zero.
@@ -452,7 +452,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.tails.wanted) {
     r.tables.push_back(tails_table(tally));
     const bool drawn = tally.trials > 0 && !law_draws_.empty();
-    r.tables.push_back(compare::laws_table(s_.laws, drawn ? &tally.groups[depths_.size()] : nullptr,
+    r.tables.push_back(compare::laws_table(s_.laws, law_elements_, drawn ? &tally.groups[depths_.size()] : nullptr,
                                            drawn ? tally.counts.data() + law_counts() : nullptr,
                                            s_.verdict.confidence));
   }

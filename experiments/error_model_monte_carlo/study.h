@@ -91,8 +91,9 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   void predict_sources();
   void predict_tails();
   void plan_draws();
-  /// Draws of different stations are correlated.
-  bool has_memory() const { return s_.disturbance && s_.disturbance->has_memory(); }
+  /// The covariance of what is drawn is in question, of a disturbance with a memory or of laws: a controlled sd is near
+  /// the prediction whatever the draws are, so the trials alone answer.
+  bool is_plain() const { return s_.laws.any() || (s_.disturbance && s_.disturbance->has_memory()); }
   /// Of one source alone at a point (m2).
   Eigen::Matrix3d source_covariance(std::size_t source, const propagate::WellPoint& point,
                                     propagate::FirstOrder which) const;
@@ -132,8 +133,9 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   orders::WantedOrders wanted_;
   std::vector<propagate::DrawPlace> places_;
   propagate::WellMixing mixing_;
-  /// Of every element with a law: a draw that has it.
+  /// Of every element with a law that some draw has: such a draw.
   std::vector<std::size_t> law_draws_;
+  std::vector<random::ReferenceElement> law_elements_;  ///< its element
   std::optional<propagate::DisturbedDraws> disturbed_;  ///< draws of errors_ that a disturbance makes
   propagate::WellErrors independent_;                   ///< errors_ by independent draws: for predictions
   std::vector<Depth> depths_;

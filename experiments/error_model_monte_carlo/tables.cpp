@@ -103,9 +103,10 @@ std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::compared(const stats::
     if (row.table != table || !row.available) continue;
     const auto component = static_cast<std::size_t>(row.component);
     if (row.statistic == compare::Statistic::squared_distance) {
-      // NEES = that of the control, whose mean is known, and the mean of the difference; with a disturbance itself.
+      // NEES = that of the control, whose mean is known, and the mean of the difference; with a disturbance or laws
+      // itself.
       stats::SampleSummary nees = summary_of(tally, d, column_of(component, 0));
-      if (!has_memory()) nees.mean += (depths_[d].formulations[component].weight * drawn_[0].control[d]).trace();
+      if (!is_plain()) nees.mean += (depths_[d].formulations[component].weight * drawn_[0].control[d]).trace();
       rows.push_back(compare::compare_row(row, nees, s_.verdict, tally.trials));
       continue;
     }

@@ -103,14 +103,15 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
-  // A controlled sd is near its prediction whatever is drawn, and that of a disturbance is in question.
+  // A controlled sd is near its prediction whatever is drawn, and that of a disturbance and of laws is in question.
   const bool has_memory = s.disturbance && s.disturbance->has_memory();
   s.control_variate =
       c.boolean("control_variate",
                 "tally the first-order prediction of every trial beside it, which makes intervals shorter; not of a "
-                "disturbance",
-                !has_memory);
+                "disturbance or of laws of the reference",
+                !has_memory && !s.laws.any());
   c.require(!has_memory || !s.control_variate, "control_variate", "must be false with a [disturbance]");
+  c.require(!s.laws.any() || !s.control_variate, "control_variate", "must be false with reference_law");
   c.require(!s.disturbance || !s.noise.antithetic || s.disturbance->symmetric(), "antithetic",
             "a disturbance of kind \"series\" or \"diurnal\" and its negative are not equally likely");
   s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);

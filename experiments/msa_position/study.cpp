@@ -174,12 +174,20 @@ void PositionPoint::count_tails(const Eigen::Ref<const Eigen::MatrixXd>& values,
   }
 }
 
-/// Of the first station, or of the run: dip, then total field, as laws_table() has them.
+std::vector<random::ReferenceElement> PositionPoint::law_elements() const {
+  std::vector<random::ReferenceElement> out;
+  for (const std::uint32_t which : {1u, 0u})  // index of Channel::reference_field: total field 0, dip 1
+    if (!mixing_.slot_of.empty() && mixing_.slot_of[which] >= 0)
+      out.push_back(which == 1 ? random::ReferenceElement::dip : random::ReferenceElement::total);
+  return out;
+}
+
+/// Of the first station, or of the run: in the order of law_elements().
 void PositionPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
   const int groups = survey::groups_for(block.count), step = antithetic() ? 2 : 1;
   std::vector<std::vector<double>> draws;
-  for (const std::uint32_t which : {1u, 0u}) {  // index of Channel::reference_field: total field 0, dip 1
-    if (mixing_.slot_of.empty() || mixing_.slot_of[which] < 0) continue;
+  for (const random::ReferenceElement e : law_elements()) {
+    const std::uint32_t which = e == random::ReferenceElement::dip ? 1 : 0;  // index of Channel::reference_field
     survey::LaneArray v(groups, 2);
     random::draw_mixing(stream_, {mixing_.slots[static_cast<std::size_t>(mixing_.slot_of[which])]}, block.first,
                         antithetic(), groups, v.row(0, 0), v.group_stride());
@@ -378,7 +386,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     r.tables.push_back(compare::tails_table(tails_, s_.tails, drawn ? tally.counts.data() + tail_counts() : nullptr,
                                             units(tally), s_.verdict, s_.annotations, tally.trials, tally.failed));
     const bool has_law = drawn && !mixing_.slots.empty();
-    r.tables.push_back(compare::laws_table(s_.laws, has_law ? &tally.groups.front() : nullptr,
+    r.tables.push_back(compare::laws_table(s_.laws, law_elements(), has_law ? &tally.groups.front() : nullptr,
                                            has_law ? tally.counts.data() + law_counts() : nullptr,
                                            s_.verdict.confidence));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -119,13 +120,13 @@ void DrawnLaws::add(const std::vector<std::vector<double>>& draws, stats::Tally&
   tally.groups.push_back(stats::Moments::of(values));
 }
 
-store::Table laws_table(const random::ReferenceLaws& laws, const stats::Moments* moments, const std::uint64_t* counts,
-                        double confidence) {
+store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<random::ReferenceElement>& drawn,
+                        const stats::Moments* moments, const std::uint64_t* counts, double confidence) {
   TableRows t("laws", "laws of the errors of the reference, by their formulas and as drawn");
   const double p68 = 1 - 2 * stats::normal_upper_tail(1), p95 = 1 - 2 * stats::normal_upper_tail(2);
-  // `drawn`: number of the element among those that have a law.
+  // `number`: of the element among those that are drawn; none: nothing draws it.
   const auto write = [&](const std::string& name, const random::ReferenceLaws::Element& element,
-                         const random::MixingLaw& law, std::size_t drawn) {
+                         const random::MixingLaw& law, std::optional<std::size_t> number) {
     t.word("element", "declination, dip or total field", name);
     t.word("law", "its law", random::kLawNames[static_cast<std::size_t>(law.law().kind)]);
     t.word("size", "what the tabulated size is", element.size);
@@ -134,8 +135,9 @@ store::Table laws_table(const random::ReferenceLaws& laws, const stats::Moments*
     t.number("ci95", "1", "a quarter of the interval that has 95.4 %, in sd", law.half_width(p95) / 2);
     t.number("kurtosis", "1", "excess kurtosis; infinite where there is none", law.excess_kurtosis());
     stats::SampleSummary x;
-    if (moments != nullptr && moments->count > 1) x = stats::summarise(*moments, static_cast<Eigen::Index>(drawn));
-    const std::uint64_t* of = counts == nullptr ? nullptr : counts + drawn * DrawnLaws::bins().bins;
+    if (number && moments != nullptr && moments->count > 1)
+      x = stats::summarise(*moments, static_cast<Eigen::Index>(*number));
+    const std::uint64_t* of = number && counts != nullptr ? counts + *number * DrawnLaws::bins().bins : nullptr;
     const auto quantile = [&](const char* column, double p, double per) {
       const stats::Interval ci =
           of ? stats::histogram_quantile_interval(DrawnLaws::bins(), of, p, confidence) : stats::Interval{kNaN, kNaN};
@@ -150,10 +152,13 @@ store::Table laws_table(const random::ReferenceLaws& laws, const stats::Moments*
     t.number("drawn_kurtosis", "1", "excess kurtosis of the draws", sampled ? x.kurtosis - 3 : kNaN);
     t.count("draws", "draws looked at", sampled ? x.units : 0);
   };
-  std::size_t drawn = 0;
-  for (std::size_t e = 0; e < laws.elements.size(); ++e)
-    if (laws.elements[e].law) write(random::kReferenceElements[e], laws.elements[e], *laws.elements[e].law, drawn++);
-  return t.take([&] { write("", {}, random::MixingLaw(), 0); });
+  for (std::size_t e = 0; e < laws.elements.size(); ++e) {
+    if (!laws.elements[e].law) continue;
+    const auto at = std::find(drawn.begin(), drawn.end(), static_cast<random::ReferenceElement>(e));
+    const auto number = at == drawn.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - drawn.begin()));
+    write(random::kReferenceElements[e], laws.elements[e], *laws.elements[e].law, number);
+  }
+  return t.take([&] { write("", {}, random::MixingLaw(), std::nullopt); });
 }
 
 }  // namespace surveymc::compare

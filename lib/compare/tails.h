@@ -64,8 +64,9 @@ class DrawnLaws {
 };
 
 /// Table `laws`: of each element with a law sd, 68.3 % and 95.4 % intervals and kurtosis, by the law and as drawn.
-/// `moments` and `counts`: where add() has put them; null without trials.
-store::Table laws_table(const random::ReferenceLaws& laws, const stats::Moments* moments, const std::uint64_t* counts,
-                        double confidence);
+/// `drawn`: the elements of the draws in the order in which add() had them; an element with a law that nothing draws is
+/// not among them. `moments` and `counts`: where add() has put them; null without trials.
+store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<random::ReferenceElement>& drawn,
+                        const stats::Moments* moments, const std::uint64_t* counts, double confidence);
 
 }  // namespace surveymc::compare

@@ -7,10 +7,22 @@
 #include "base/error.h"
 
 namespace surveymc::disturbance {
+namespace {
+
+/// Of a factor, in units of the correlation.
+constexpr double kMostError = 1e-6;
+
+}  // namespace
 
 StationDisturbance::StationDisturbance(Disturbance disturbance, const survey::ReferenceField& field,
                                        std::vector<StationDraw> draws)
     : d_(std::move(disturbance)), draws_(std::move(draws)) {
+  // A series has values at its steps alone. Stations are put on steps once: lags that are rounded one by one need not
+  // be differences of any times, and their correlations then no correlation matrix.
+  if (d_.process.kind == Kind::series && !d_.times.empty()) {
+    const double first = d_.times.front(), step = d_.process.series->step;
+    for (double& t : d_.times) t = std::round((t - first) / step) * step;
+  }
   if (d_.keeps_normals()) {
     std::map<std::uint32_t, std::size_t> last;
     for (std::size_t i = 0; i < draws_.size(); ++i) {
@@ -105,6 +117,11 @@ Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& c) {
     if (pivot <= rounding) continue;
     l(j, j) = std::sqrt(pivot);
     for (Eigen::Index i = j + 1; i < n; ++i) l(i, j) = (c(i, j) - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double error = (l.topRows(i + 1) * l.row(i).transpose() - c.col(i).head(i + 1)).cwiseAbs().maxCoeff();
+    require(error < kMostError, "the correlation of the disturbance's draws has no factor: draw {} is {:.2g} off", i,
+            error);
   }
   return l;
 }

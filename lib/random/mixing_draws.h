@@ -11,11 +11,11 @@
 
 namespace surveymc::random {
 
-// Numbers follow those of stream.h and rare_channels.h, and are kept as long.
-inline constexpr Channel kMixingRun{90};      ///< index: ReferenceElement, or 3 of all; of errors that last
-inline constexpr Channel kMixingTerm{91};     ///< index of a lasting draw of Channel::error_source
-inline constexpr Channel kMixingStation{92};  ///< index of the first draw of a station in Channel::station_error that
-                                              ///< has this V; of studies of readings: 4 station + the same
+// Numbers follow those of stream.h and disturbance/process.h, and are kept as long.
+inline constexpr Channel kMixingRun{100};      ///< index: ReferenceElement, or 3 of all; of errors that last
+inline constexpr Channel kMixingTerm{101};     ///< index of a lasting draw of Channel::error_source
+inline constexpr Channel kMixingStation{102};  ///< index of the first draw of a station in Channel::station_error that
+                                               ///< has this V; of studies of readings: 4 station + the same
 
 /// One V of a trial.
 struct MixingSlot {

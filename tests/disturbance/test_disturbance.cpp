@@ -165,3 +165,37 @@ TEST_CASE("A factor of a correlation of fewer numbers than stations has its rank
   CHECK_THAT(s.sizes()[kDeclination],
              WithinRel(std::sqrt((625 + 64 + 9) / 2.0) / (55000 * std::cos(74 * kDegree)), 1e-9));
 }
+
+TEST_CASE(
+    "Stations between the steps of a series have the correlation of what is drawn, which is one of a covariance") {
+  Disturbance d;
+  d.process.kind = Kind::series;
+  Eigen::Matrix3d amplitude = Eigen::Matrix3d::Zero(), maximum = Eigen::Matrix3d::Zero();
+  amplitude.row(1) << 25, 8, 3;
+  maximum.row(1) << 9, 3, 1;
+  d.process.series = std::make_shared<const Series>(daily_waves(amplitude, maximum));
+  const double between = 30.0 / 28 * 3600 + 300;  // s, a stand at 28 m/h and its survey: 69.3 steps
+  std::vector<StationDraw> draws;
+  for (std::size_t k = 0; k < 60; ++k) {
+    d.times.push_back(between * static_cast<double>(k));
+    draws.push_back({k, kDeclination});
+  }
+  const StationDisturbance s(d, kField, draws);
+  const Eigen::MatrixXd c = s.correlation(), l = lower_factor(c);
+  CHECK((l * l.transpose() - c).cwiseAbs().maxCoeff() < 1e-6);
+  CHECK((l.diagonal().array() > 1e-3).count() == 6);
+  // Mean over all begins of the record, by the minutes at which the draws read it.
+  const Eigen::RowVectorXd east = d.process.series->field.row(1);
+  for (const std::size_t i : {1u, 17u, 40u})
+    for (const std::size_t j : {2u, 31u, 59u}) {
+      double product = 0;
+      for (Eigen::Index m = 0; m < 1440; ++m) {
+        const auto at = [&](std::size_t k) { return (m + std::lround(d.times[k] / 60)) % 1440; };
+        product += east[at(i)] * east[at(j)];
+      }
+      CHECK_THAT(s.correlation(i, j), WithinAbs(product / east.squaredNorm(), 1e-12));
+    }
+  Eigen::Matrix3d none;
+  none << 1, 0.9, -0.9, 0.9, 1, 0.9, -0.9, 0.9, 1;
+  CHECK_THROWS_AS(lower_factor(none), InputError);
+}
