@@ -31,7 +31,7 @@ constexpr const char* kJustified = "justified";
 /// 90, 1995: 2 ln of a Bayes factor below 2 is not worth more than a bare mention).
 constexpr double kAsGood = 2;
 
-struct MultistationRun {
+struct OwnRun {
   survey::ReferenceField field;
   survey::SixAxisReadings file;
   ms::Stations stations;
@@ -46,7 +46,7 @@ struct MultistationRun {
   config::ConfigPlace place;  ///< of the file
 };
 
-void read_parameters(config::ConfigReader& c, MultistationRun& r) {
+void read_parameters(config::ConfigReader& c, OwnRun& r) {
   std::vector<std::string> given{kJustified};
   if (c.has("estimator.parameters"))
     given = c.texts("estimator.parameters",
@@ -67,7 +67,7 @@ void read_parameters(config::ConfigReader& c, MultistationRun& r) {
 }
 
 /// Which stations are judged by the fit of the others.
-void read_folds(config::ConfigReader& c, MultistationRun& r) {
+void read_folds(config::ConfigReader& c, OwnRun& r) {
   const auto stations = static_cast<std::int64_t>(r.file.md.size());
   for (config::ConfigReader& group : c.tables("group",
                                               "shots at several rolls about one direction; each group is held "
@@ -111,8 +111,8 @@ void read_reference(config::ConfigReader& c, ms::FitOptions& o) {
   o.reference.dip = sd("reference_sd.dip_deg", "one sd of the reference's dip, shared by all stations", kDegree);
 }
 
-MultistationRun read_multistation_run(config::ConfigReader& c) {
-  MultistationRun r;
+OwnRun read_multistation_run(config::ConfigReader& c) {
+  OwnRun r;
   r.field = scenario::read_field(c);
   const bool gravity = c.choice("accelerometers", {"gravity", "specific_force"}, config::meaning::kAccelerometers,
                                 "gravity") == "gravity";
@@ -141,7 +141,8 @@ MultistationRun read_multistation_run(config::ConfigReader& c) {
   if (!is_instrument) scenario::remark_on_readings(c, r.file, r.field);
   o.prior_sd = scenario::read_priors(c, o.prior_sd);
   if (!c.boolean("estimator.use_priors", "false: nothing is known of the tool before the run", true)) {
-    c.require(!c.has("estimator.priors"), "estimator.use_priors", "is false, and estimator.priors has values: drop one");
+    c.require(!c.has("estimator.priors"), "estimator.use_priors",
+              "is false, and estimator.priors has values: drop one");
     o.prior_sd.fill(kInfinity);
   }
   const auto positive = [&](const char* key, const char* meaning, double fallback) {
@@ -176,17 +177,23 @@ struct Candidate {
   ms::FittedStations fitted;
   ms::CrossValidation held_out;
   double learnt = kNaN;
-  double criterion = kNaN;  ///< of least squares alone: costs of other losses are not of the same kind
-  std::string failure;      ///< why there is no fit; empty if there is one
+  double criterion = kNaN;    ///< of least squares alone: costs of other losses are not of the same kind
+  std::string failure;        ///< why there is no fit; empty if there is one
+  std::string is_not_judged;  ///< why held-out stations do not judge it; empty if they do
 };
 
-Candidate candidate(const MultistationRun& r, const ms::ParameterSet& set, ms::Loss loss) {
+Candidate candidate(const OwnRun& r, const ms::ParameterSet& set, ms::Loss loss) {
   Candidate c;
   c.loss = loss;
   c.options = r.options;
   c.options.parameters = set;
+  // The start of tukey is linear: near enough to give the scale of a tool in a hole, not of an instrument whose biases
+  // are as large as the field.
+  const bool is_tukey = loss == ms::Loss::tukey,
+             has_scale_of_start = is_tukey && r.options.residuals == ms::ResidualKind::survey;
   const ms::RobustOptions robust{.loss = loss,
-                                 .start = loss == ms::Loss::tukey ? ms::RobustStart::lmeds : r.start,
+                                 .scale = has_scale_of_start ? ms::RobustScale::start : ms::RobustScale::reweighted,
+                                 .start = is_tukey ? ms::RobustStart::lmeds : r.start,
                                  .reweightings = 200,
                                  .newton_steps = 100};  // biases of an instrument may be as large as the field
   const random::Stream subsets(0, static_cast<std::uint32_t>(random::StudyId::estimate));  // whatever the seed
@@ -200,9 +207,14 @@ Candidate candidate(const MultistationRun& r, const ms::ParameterSet& set, ms::L
     c.learnt = ms::learnt_parameters(c.fitted.fit, c.options);
     if (loss == ms::Loss::least_squares)
       c.criterion = ms::information_criterion(c.fitted.fit, c.options, r.stations.size());
-    c.held_out = ms::cross_validate(r.stations, r.folds, r.has_groups, c.options, fitter);
   } catch (const InputError& e) {
     c.failure = e.what();
+    return c;
+  }
+  try {
+    c.held_out = ms::cross_validate(r.stations, r.folds, r.has_groups, c.options, fitter);
+  } catch (const InputError& e) {
+    c.is_not_judged = e.what();
   }
   return c;
 }
@@ -213,11 +225,13 @@ struct SetAnswer {
   std::size_t justified = 0, taken = 0;
 };
 
-SetAnswer choose_set(const MultistationRun& r) {
+SetAnswer choose_set(const OwnRun& r) {
   SetAnswer a;
   std::vector<ms::ParameterSet> sets;
   for (const std::string& name : ms::set_names()) sets.push_back(ms::ParameterSet::named(name));
-  if (r.own) sets.push_back(*r.own);
+  const std::string own = r.own ? r.own->name() : "";
+  if (r.own && std::none_of(sets.begin(), sets.end(), [&own](const ms::ParameterSet& s) { return s.name() == own; }))
+    sets.push_back(*r.own);
   for (const ms::ParameterSet& set : sets)
     for (std::size_t loss = 0; loss < ms::loss_names().size(); ++loss)
       a.sets.push_back(candidate(r, set, static_cast<ms::Loss>(loss)));
@@ -229,7 +243,7 @@ SetAnswer choose_set(const MultistationRun& r) {
   require(std::isfinite(value(*least)), "no set of parameters can be fitted: of {} {}",
           least->options.parameters.name(), least->failure);
   a.justified = static_cast<std::size_t>(least - a.sets.begin());
-  const std::string name = r.own ? r.own->name() : r.set == kJustified ? least->options.parameters.name() : r.set;
+  const std::string name = r.own ? own : r.set == kJustified ? least->options.parameters.name() : r.set;
   const auto taken = std::find_if(a.sets.begin(), a.sets.end(), [&](const Candidate& c) {
     return c.loss == r.loss && c.options.parameters.name() == name;
   });
@@ -238,13 +252,13 @@ SetAnswer choose_set(const MultistationRun& r) {
   return a;
 }
 
-store::Table parameters_table(const MultistationRun& r, const Candidate& c) {
+store::Table parameters_table(const OwnRun& r, const Candidate& c) {
   compare::TableRows t("parameters", "errors of the tool" + compare::at_confidence(r.confidence));
   const double z = stats::normal_quantile((1 + r.confidence) / 2);
   const ms::Fit& fit = c.fitted.fit;
   for (int i = 0; i < c.options.parameters.size(); ++i) {
     const ms::Parameter& p = c.options.parameters[i];
-    const double x = fit.estimate[i], sd = c.fitted.s0 * std::sqrt(fit.covariance(i, i)),
+    const double x = fit.estimate[i], sd = std::sqrt(fit.covariance(i, i)),
                  prior = c.options.prior_sd[static_cast<std::size_t>(c.options.parameters.index(i))];
     t.word("quantity", "name of the parameter", p.name);
     t.word("unit", "unit of the values in this row", p.unit);
@@ -270,10 +284,14 @@ store::Table sets_table(const SetAnswer& a) {
     const auto number = [&](const char* name, const char* unit, const char* meaning, double x) {
       t.number(name, unit, meaning, has_fit ? x : kNaN);
     };
+    const auto judged = [&](const char* name, const char* unit, const char* meaning, double x) {
+      number(name, unit, meaning, c.is_not_judged.empty() ? x : kNaN);
+    };
     t.word("set", "name, or the parameters", c.options.parameters.name());
     t.word("loss", "of the fit", ms::loss_names()[static_cast<std::size_t>(c.loss)]);
     t.count("parameters", "how many", c.options.parameters.size());
-    number("learnt", "1", "how many the run says more of than the priors do, with the reference", c.learnt);
+    number("learnt", "1", "how many the run says more of than the priors do, with the reference, by claimed sizes",
+           c.learnt);
     number("s0", "1", "residuals of the fit to all stations over their claimed sizes", c.fitted.s0);
     number("criterion", "1", "m ln(cost / m) + learnt ln m of the fit to all stations: least where justified",
            c.criterion);
@@ -285,26 +303,27 @@ store::Table sets_table(const SetAnswer& a) {
            : c.criterion - a.sets[a.justified].criterion < kAsGood ? "as good"
                                                                    : "worse");
     t.word("taken", "yes: of which the other tables are", i == a.taken ? "yes" : "");
-    number("nees", "1", "squared residuals of held-out stations over what the fit says of them: 1 if all is as claimed",
+    judged("nees", "1", "squared residuals of held-out stations over what the fit says of them: 1 if all is as claimed",
            h.nees);
-    number("nees_median", "1", "the same by medians: of most stations, whatever a few are", h.nees_median);
-    number("coverage_95", "1", "share of held-out stations in their 95 % ellipsoid", h.coverage);
-    number("raw_sd_gravity_mps2", "mps2", "spread of the length of gravity over held-out stations, as read",
+    judged("nees_median", "1", "the same by medians: of most stations, whatever a few are", h.nees_median);
+    judged("coverage_95", "1", "share of held-out stations in their 95 % ellipsoid", h.coverage);
+    judged("raw_sd_gravity_mps2", "mps2", "spread of the length of gravity over held-out stations, as read",
            h.spread_before.gravity);
-    number("sd_gravity_mps2", "mps2", "the same, corrected by the fit of the other stations", h.spread_after.gravity);
-    number("raw_sd_total_field_nT", "nT", "spread of the total field, as read", h.spread_before.total);
-    number("sd_total_field_nT", "nT", "the same, corrected", h.spread_after.total);
-    number("raw_sd_dip_deg", "deg", "spread of the dip, as read", h.spread_before.dip / kDegree);
-    number("sd_dip_deg", "deg", "the same, corrected", h.spread_after.dip / kDegree);
-    number("raw_axis_rms_deg", "deg", "angle of the axis that shots were turned about with its mean, as read",
+    judged("sd_gravity_mps2", "mps2", "the same, corrected by the fit of the other stations", h.spread_after.gravity);
+    judged("raw_sd_total_field_nT", "nT", "spread of the total field, as read", h.spread_before.total);
+    judged("sd_total_field_nT", "nT", "the same, corrected", h.spread_after.total);
+    judged("raw_sd_dip_deg", "deg", "spread of the dip, as read", h.spread_before.dip / kDegree);
+    judged("sd_dip_deg", "deg", "the same, corrected", h.spread_after.dip / kDegree);
+    judged("raw_axis_rms_deg", "deg", "angle of the axis that shots were turned about with its mean, as read",
            h.axis_rms_before / kDegree);
-    number("axis_rms_deg", "deg", "the same, corrected; only with groups", h.axis_rms / kDegree);
-    t.word("note", "why there is no fit", c.failure);
+    judged("axis_rms_deg", "deg", "the same, corrected; only with groups", h.axis_rms / kDegree);
+    t.word("note", "why there is no fit, or no fit without the stations that are held out",
+           has_fit ? c.is_not_judged : c.failure);
   }
   return t.take();
 }
 
-store::Table reference_table(const MultistationRun& r, const Candidate& c) {
+store::Table reference_table(const OwnRun& r, const Candidate& c) {
   compare::TableRows t("reference", "the reference, as given and as estimated with the tool");
   const ms::ReferenceErrors &x = c.fitted.fit.reference, &sd = c.fitted.fit.reference_sd, &prior = c.options.reference;
   const bool is_calibration = c.options.residuals == ms::ResidualKind::calibration;
@@ -316,8 +335,7 @@ store::Table reference_table(const MultistationRun& r, const Candidate& c) {
     t.word("quantity", "gravity (m/s2), total field (nT), dip (deg)", name);
     t.number("given", "1", "in the unit of the quantity", given / unit);
     t.number("estimate", "1", "in the unit of the quantity", estimate / unit);
-    t.number("sd", "1", "standard deviation of the estimate, by the size that the residuals have",
-             c.fitted.s0 * s / unit);
+    t.number("sd", "1", "standard deviation of the estimate, by the size that the residuals have", s / unit);
     t.number("prior_sd", "1", "one sd of what was given; inf: unknown, 0: taken as exact", p / unit);
   };
   row("gravity_mps2", r.field.gravity, r.field.gravity + x.gravity, sd.gravity, prior.gravity, 1);
@@ -326,7 +344,7 @@ store::Table reference_table(const MultistationRun& r, const Candidate& c) {
   return t.take();
 }
 
-store::Table stations_table(const MultistationRun& r, const Candidate& c) {
+store::Table stations_table(const OwnRun& r, const Candidate& c) {
   compare::TableRows t("stations", "attitudes and field of every station, as read and corrected");
   const ms::Fit& fit = c.fitted.fit;
   const auto attitude = [&](std::size_t k, const ms::PerParameter<double>& tool) {
@@ -381,7 +399,9 @@ std::vector<analysis::Warning> warnings_of(const SetAnswer& a) {
          fmt::format("residuals are {:.3g} times their claimed sizes (residual_sd): errors that no parameter "
                      "of the set describes, a wrong reference, or gross errors",
                      taken.fitted.s0));
-  if (taken.held_out.nees > 2)
+  if (!taken.is_not_judged.empty())
+    warn("warning", fmt::format("no held-out stations judge the fit: {}", taken.is_not_judged));
+  else if (taken.held_out.nees > 2)
     warn("warning",
          fmt::format("stations that the fit has not seen are off by {:.3g} times what it says of them: do not "
                      "take its sd to other readings",
@@ -397,7 +417,7 @@ std::vector<analysis::Warning> warnings_of(const SetAnswer& a) {
   return warnings;
 }
 
-std::vector<store::Table> multistation_tables(const MultistationRun& r) {
+std::vector<store::Table> multistation_tables(const OwnRun& r) {
   const SetAnswer a = choose_set(r);
   const Candidate& taken = a.sets[a.taken];
   std::vector<store::Table> tables{parameters_table(r, taken), sets_table(a)};
@@ -410,7 +430,7 @@ std::vector<store::Table> multistation_tables(const MultistationRun& r) {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> multistation_readings_result(config::ConfigReader& config) {
-  return std::make_unique<EstimatePlan<MultistationRun, multistation_tables>>(read_multistation_run(config));
+  return std::make_unique<EstimatePlan<OwnRun, multistation_tables>>(read_multistation_run(config));
 }
 
 }  // namespace surveymc::studies::estimate

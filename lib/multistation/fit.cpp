@@ -216,29 +216,46 @@ Fit fit(const std::vector<StationReadings>& stations, const FitOptions& o, const
   const LinearRun run = linear_run(stations, out.tool, out.reference, o, plan, weights);
   out.residuals.resize(kResiduals, count);
   for (int k = 0; k < count; ++k) out.residuals.col(k) = run.stations[static_cast<std::size_t>(k)].residual;
-  out.posterior = run.normal_inverse.topLeftCorner(p, p);
-  out.covariance = out.posterior;
-  const std::array<double, 3> sd = values(o.reference);
-  if (o.estimates_reference) {
-    const VectorXd left = run.normal_inverse.diagonal().tail<3>().cwiseSqrt();
-    out.reference_sd = {left[0], left[1], left[2]};
-  } else {
-    out.reference_sd = o.reference;
-    MatrixXd moved = MatrixXd::Zero(p, 3);  // of the estimate by gravity, total, dip
+  out.inverse = run.normal_inverse;
+  if (!o.estimates_reference) {
+    out.by_reference = MatrixXd::Zero(p, 3);
     const Eigen::Matrix3d by_reference = reference_derivatives(plan);
     for (int k = 0; k < count; ++k)
-      moved -= (weights.empty() ? 1.0 : weights[static_cast<std::size_t>(k)]) * run.normal_inverse *
-               run.jacobian.middleRows<kResiduals>(kResiduals * k).transpose() *
-               run.stations[static_cast<std::size_t>(k)].by_reference * by_reference;
-    moved *= Eigen::Map<const Eigen::Vector3d>(sd.data()).asDiagonal();
-    out.covariance += moved * moved.transpose();
+      out.by_reference -= (weights.empty() ? 1.0 : weights[static_cast<std::size_t>(k)]) * run.normal_inverse *
+                          run.jacobian.middleRows<kResiduals>(kResiduals * k).transpose() *
+                          run.stations[static_cast<std::size_t>(k)].by_reference * by_reference;
   }
-  out.learnt.resize(p);
+  claim_for_variance(out, o, 1);
+  return out;
+}
+
+void claim_for_variance(Fit& fit, const FitOptions& o, double variance) {
+  const int p = o.parameters.size();
+  const std::array<double, 3> sd = values(o.reference);
+  const auto precision_of = [](double prior) { return prior > 0 ? 1 / (prior * prior) : 0; };  // 0: fixed
+  VectorXd precision(fit.inverse.rows());
+  for (int i = 0; i < p; ++i) precision[i] = precision_of(o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))]);
+  for (Eigen::Index i = p; i < precision.size(); ++i) precision[i] = precision_of(sd[static_cast<std::size_t>(i - p)]);
+  fit.joint = fit.inverse;
+  if (variance != 1) {
+    const MatrixXd of_priors = fit.inverse * precision.asDiagonal() * fit.inverse;
+    fit.joint = variance * (fit.inverse - of_priors) + of_priors;
+  }
+  fit.posterior = fit.joint.topLeftCorner(p, p);
+  fit.covariance = fit.posterior;
+  if (o.estimates_reference) {
+    const VectorXd left = fit.joint.diagonal().tail<3>().cwiseSqrt();
+    fit.reference_sd = {left[0], left[1], left[2]};
+  } else {
+    fit.reference_sd = o.reference;
+    const MatrixXd moved = fit.by_reference * Eigen::Map<const Eigen::Vector3d>(sd.data()).asDiagonal();
+    fit.covariance += moved * moved.transpose();
+  }
+  fit.learnt.resize(p);
   for (int i = 0; i < p; ++i) {
     const double prior = o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))];
-    out.learnt[i] = std::isfinite(prior) ? 1 - out.covariance(i, i) / (prior * prior) : 1;
+    fit.learnt[i] = std::isfinite(prior) ? 1 - fit.covariance(i, i) / (prior * prior) : 1;
   }
-  return out;
 }
 
 FitSensitivity fit_sensitivity(const std::vector<StationReadings>& stations, const PerParameter<double>& tool,

@@ -42,6 +42,9 @@ struct Fit {
   Eigen::MatrixXd covariance;
   Eigen::MatrixXd posterior;     ///< its first part alone
   Eigen::VectorXd learnt;        ///< 1 - covariance_ii / sd_i^2 against the prior; 1 without prior
+  Eigen::MatrixXd joint;         ///< posterior with the reference's gravity, total field and dip where it is estimated
+  Eigen::MatrixXd inverse;       ///< (J'WJ + P)^-1 of these unknowns, which `joint` is for unit variance
+  Eigen::MatrixXd by_reference;  ///< parameters by errors of a reference that is not estimated: gravity, total, dip
   ReferenceErrors reference;     ///< estimated errors: the reference less the truth has minus these
   ReferenceErrors reference_sd;  ///< after the estimate
   Eigen::Matrix<double, kResiduals, Eigen::Dynamic> residuals;  ///< a column a station, in units of the sizes
@@ -50,6 +53,12 @@ struct Fit {
   bool converged = false;       ///< false: nothing else may be used
   PerParameter<double> tool{};  ///< the estimate, in the table's order
 };
+
+/// Claims anew, for residuals whose variance is `variance` in units of their sizes, after a fit that took it as 1:
+///   joint = N^-1 (variance J'WJ + P) N^-1,  N = J'WJ + P
+/// and with it posterior, covariance, learnt and reference_sd. Priors are variances of their own, and so are errors of
+/// a reference that is not estimated: both stay as they are.
+void claim_for_variance(Fit& fit, const FitOptions& options, double variance);
 
 /// `weights`: one a station, empty for 1. Throws InputError where the options are wrong, or where stations and priors
 /// do not determine the unknowns.

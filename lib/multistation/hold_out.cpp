@@ -84,12 +84,13 @@ double learnt_parameters(const Fit& fit, const FitOptions& o) {
   const auto add = [&sum](double posterior_sd, double prior_sd) {
     sum += std::isfinite(prior_sd) ? std::clamp(1 - std::pow(posterior_sd / prior_sd, 2), 0.0, 1.0) : 1.0;
   };
-  for (int i = 0; i < o.parameters.size(); ++i)
-    add(std::sqrt(fit.posterior(i, i)), o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))]);
+  const int p = o.parameters.size();
+  for (int i = 0; i < p; ++i)
+    add(std::sqrt(fit.inverse(i, i)), o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))]);
   if (!o.estimates_reference) return sum;
-  const Vector3d prior = errors_of(o.reference), posterior = errors_of(fit.reference_sd);
+  const Vector3d prior = errors_of(o.reference);
   for (int i = 0; i < kOfReference; ++i)
-    if (prior[i] > 0) add(posterior[i], prior[i]);
+    if (prior[i] > 0) add(std::sqrt(fit.inverse(p + i, p + i)), prior[i]);
   return sum;
 }
 
@@ -98,6 +99,7 @@ FittedStations fit_by_least_squares(const Stations& stations, const FitOptions& 
   if (!f.fit.converged) return f;
   const double redundancy = static_cast<double>(kResiduals * stations.size()) - learnt_parameters(f.fit, options);
   f.s0 = redundancy > 0 ? std::sqrt(f.fit.residuals.squaredNorm() / redundancy) : kNaN;
+  claim_for_variance(f.fit, options, f.s0 * f.s0);
   return f;
 }
 
@@ -105,9 +107,10 @@ FittedStations fit_robustly(const Stations& stations, const FitOptions& options,
                             const random::Stream& stream) {
   const RobustFit r = robust_fit(stations, options, robust, stream);
   FittedStations f{r.fit, r.weights, 1};
-  const auto residuals = static_cast<double>(kResiduals * stations.size());
-  const double redundancy = residuals - (f.fit.converged ? learnt_parameters(f.fit, options) : 0);
+  const double residuals = robust_components(fit_plan(options)) * static_cast<double>(stations.size());
+  const double redundancy = residuals - learnt_parameters(f.fit, options);
   f.s0 = redundancy > 0 ? r.scale * std::sqrt(residuals / redundancy) : kNaN;
+  claim_for_variance(f.fit, options, f.s0 * f.s0 * r.factor);
   return f;
 }
 
@@ -123,45 +126,20 @@ FieldNumbers field_numbers(const StationReadings& station, const PerParameter<do
   return {g.norm(), b.norm(), std::asin(g.dot(b) / (g.norm() * b.norm()))};
 }
 
-std::vector<HeldStation> judge_held_out(const FittedStations& fitted, const Stations& seen, const Stations& held,
-                                        const FitOptions& o) {
+std::vector<HeldStation> judge_held_out(const FittedStations& fitted, const Stations& held, const FitOptions& o) {
   const Matrix3d by_errors = values_by_errors(o);
-  const int p = o.parameters.size(), unknowns = p + kOfReference;
-  // Unknowns in units in which their normal matrix is near one. Those of the reference are fixed where it is not
-  // estimated, and where it has no error.
-  const Vector3d reference_sd = errors_of(o.reference);
-  MatrixXd normal = MatrixXd::Zero(unknowns, unknowns);
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    const MatrixXd j = rows_of(seen[k], fitted.fit, o, by_errors).by_unknowns;
-    normal += (fitted.weights.empty() ? 1.0 : fitted.weights[k]) * j.transpose() * j;
-  }
-  const MatrixXd data_normal = normal;
-  std::vector<int> free;
-  for (int i = 0; i < unknowns; ++i) {
-    const double sd = i < p ? o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))] : reference_sd[i - p];
-    if (i < p || (o.estimates_reference && sd > 0)) free.push_back(i);
-    if (std::isfinite(sd) && sd > 0) normal(i, i) += 1 / (sd * sd);
-  }
-  const MatrixXd of_free = normal(free, free);
-  const VectorXd length = of_free.diagonal().cwiseSqrt().cwiseInverse();
-  const MatrixXd covariance = length.asDiagonal() *
-                              stats::symmetric_inverse(length.asDiagonal() * of_free * length.asDiagonal()) *
-                              length.asDiagonal();
-  // What an error of a reference that is not estimated does to the estimate.
-  MatrixXd by_consider = MatrixXd::Zero(static_cast<Eigen::Index>(free.size()), kOfReference);
-  if (!o.estimates_reference) by_consider = -covariance * data_normal.rightCols(kOfReference)(free, Eigen::all);
-
+  const Matrix3d reference_sd = errors_of(o.reference).asDiagonal();
+  const Eigen::Index unknowns = fitted.fit.joint.rows();
   std::vector<HeldStation> out;
   for (const StationReadings& s : held) {
     const Rows r = rows_of(s, fitted.fit, o, by_errors);
-    const MatrixXd j = r.by_unknowns(Eigen::all, free);
-    Matrix3d expected = Matrix3d::Identity() + j * covariance * j.transpose();
+    const MatrixXd j = r.by_unknowns.leftCols(unknowns);
+    Matrix3d expected = fitted.s0 * fitted.s0 * Matrix3d::Identity() + j * fitted.fit.joint * j.transpose();
     if (!o.estimates_reference) {
-      const Matrix3d e =
-          (r.by_unknowns.rightCols<kOfReference>() + j * by_consider) * Matrix3d(reference_sd.asDiagonal());
+      const Matrix3d e = (r.by_unknowns.rightCols<kOfReference>() + j * fitted.fit.by_reference) * reference_sd;
       expected += e * e.transpose();
     }
-    const double distance = r.residual.dot(Vector3d(expected.inverse() * r.residual)) / (fitted.s0 * fitted.s0);
+    const double distance = r.residual.dot(Vector3d(expected.inverse() * r.residual));
     out.push_back({distance, field_numbers(s, {}), field_numbers(s, fitted.fit.tool)});
   }
   return out;
@@ -221,7 +199,7 @@ CrossValidation cross_validate(const Stations& stations, const std::vector<std::
     const FittedStations fitted = fitter(seen);
     require(fitted.fit.converged, "the fit of {} parameters to {} stations does not converge",
             options.parameters.size(), seen.size());
-    const std::vector<HeldStation> judged = judge_held_out(fitted, seen, held, options);
+    const std::vector<HeldStation> judged = judge_held_out(fitted, held, options);
     add_squares(c.spread_before, spread(judged, &HeldStation::before));
     add_squares(c.spread_after, spread(judged, &HeldStation::after));
     c.stations.insert(c.stations.end(), judged.begin(), judged.end());

@@ -14,7 +14,7 @@ using Stations = std::vector<StationReadings>;
 
 /// A fit of some stations, by least squares or by a loss that finds weights.
 struct FittedStations {
-  Fit fit;
+  Fit fit;                      ///< its claims are those for residuals of size s0 (claim_for_variance())
   std::vector<double> weights;  ///< one a station; empty: all 1
   double s0 = 1;                ///< residuals over their sizes: the root of the variance factor, or a robust scale
 };
@@ -28,7 +28,7 @@ FittedStations fit_robustly(const Stations& stations, const FitOptions& options,
                             const random::Stream& stream);
 
 /// How many parameters the stations say more of than priors do: the trace of what is learnt, of parameters of the set
-/// and of an estimated reference.
+/// and of an estimated reference. By the claimed sizes of the residuals, as the fit weighs them.
 double learnt_parameters(const Fit& fit, const FitOptions& options);
 
 /// Information criterion of a least-squares fit, least for the set that the run justifies:
@@ -45,14 +45,13 @@ FieldNumbers field_numbers(const StationReadings& station, const PerParameter<do
 
 /// A station that the fit has not seen.
 struct HeldStation {
-  /// r' S^-1 r of its residuals, chi-squared(3) if all is as claimed: S = s0^2 (1 + J C J' and the errors of a
-  /// reference that is not estimated), C of the fit.
+  /// r' S^-1 r of its residuals, chi-squared(3) if all is as claimed: S = s0^2 + J C J' and the errors of a reference
+  /// that is not estimated, which have a size of their own; C = fit.joint.
   double distance = 0;
   FieldNumbers before, after;  ///< the correction
 };
 /// In the order of `held`. A fit that did not converge is not to be passed.
-std::vector<HeldStation> judge_held_out(const FittedStations& fitted, const Stations& seen, const Stations& held,
-                                        const FitOptions& options);
+std::vector<HeldStation> judge_held_out(const FittedStations& fitted, const Stations& held, const FitOptions& options);
 
 /// Earth from tool (rows: magnetic north, east, down) by the corrected readings.
 Eigen::Matrix3d earth_from_tool(const StationReadings& station, const PerParameter<double>& tool);

@@ -1,5 +1,7 @@
 #include "multistation/robust.h"
 
+#include <utility>
+
 #include "base/error.h"
 #include "multistation/robust_lanes.h"
 #include "multistation/subsets.h"
@@ -70,27 +72,19 @@ RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOpti
   for (int k = 0; k < count; ++k) out.weights.push_back(block.weights.value(0, k));
   out.scale = block.scale.value(0, 0);
   out.reweightings = static_cast<int>(block.reweightings.value(0, 0));
+  constexpr const char* kNoFit = "the fit of {} stations with the weights of the loss does not converge";
   out.fit = fit(stations, o, out.weights);
+  require(out.fit.converged, kNoFit, count);
   std::vector<double> trust;
   for (const double w : out.weights) trust.push_back(station_trust(w));
   if (trust != out.weights) {
-    const Fit trusted = fit(stations, o, trust);
-    out.fit.posterior = trusted.posterior;
-    out.fit.covariance = trusted.covariance;
+    Fit trusted = fit(stations, o, trust);
+    require(trusted.converged, kNoFit, count);
+    out.fit.inverse = std::move(trusted.inverse);
+    out.fit.by_reference = std::move(trusted.by_reference);
   }
-  // N^-1 (f J'WJ + P) N^-1 with J'WJ = N - P: the priors cost nothing.
-  const double factor = loss_cost(robust.loss, robust_components(plan)).covariance_factor();
-  Eigen::VectorXd precision(o.parameters.size());
-  for (int i = 0; i < o.parameters.size(); ++i) {
-    const double sd = o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))];
-    precision[i] = 1 / (sd * sd);
-  }
-  const Eigen::MatrixXd more =
-      (factor - 1) * (out.fit.posterior - out.fit.posterior * precision.asDiagonal() * out.fit.posterior);
-  out.fit.posterior += more;
-  out.fit.covariance += more;
-  for (int i = 0; i < o.parameters.size(); ++i)
-    if (precision[i] > 0) out.fit.learnt[i] = 1 - out.fit.covariance(i, i) * precision[i];
+  out.factor = loss_cost(robust.loss, robust_components(plan)).covariance_factor();
+  claim_for_variance(out.fit, o, out.factor);
   return out;
 }
 

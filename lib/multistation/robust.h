@@ -40,10 +40,11 @@ struct RobustFit {
   Fit fit;
   std::vector<double> weights;  ///< one a station
   double scale = 1;             ///< of the residuals, in units of their sizes
+  double factor = 1;            ///< f: what the loss costs
   int reweightings = 0;
 };
-/// Throws InputError as fit(), and where too few stations have any
-/// weight.
+/// Throws InputError as fit(), where too few stations have any weight, and where the fit with the weights does not
+/// converge.
 RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOptions& options,
                      const RobustOptions& robust, const random::Stream& stream);
 

@@ -118,6 +118,53 @@ TEST_CASE("Stations that a fit has not seen are off by as much as it says of the
   }
 }
 
+TEST_CASE("A wrong size of the residuals scales what they tell, not the priors, nor errors of the reference") {
+  std::mt19937_64 random(9);
+  std::normal_distribution<double> normal;
+  constexpr double kTooLarge = 3;
+  FitOptions o = held_out_options("12");
+  for (double& size : o.sizes) size *= kTooLarge;
+  o.prior_sd[kMagnetometerBias] = 1e-3;  // nT: no run tells more
+  const FittedStations f = fit_by_least_squares(noisy_well({}, 41, random), o);
+  CHECK(f.s0 == Approx(1 / kTooLarge).epsilon(0.3));
+  const int unlearnt = ParameterSet::named("6").size();  // mbx, after the errors of the accelerometers
+  REQUIRE(o.parameters.index(unlearnt) == kMagnetometerBias);
+  CHECK(std::sqrt(f.fit.covariance(unlearnt, unlearnt)) == Approx(1e-3).epsilon(1e-6));
+  CHECK(f.fit.learnt[unlearnt] == Approx(0).margin(1e-6));
+  FitOptions free = o;
+  free.prior_sd.fill(kInfinity);
+  const FittedStations g = fit_by_least_squares(noisy_well({}, 41, random), free);
+  CHECK((g.fit.covariance - g.s0 * g.s0 * g.fit.inverse).norm() < 1e-9 * g.fit.covariance.norm());
+
+  // Tools are drawn from the priors and references from their sds: what a fit says of new stations holds, all the same.
+  constexpr int kRuns = 100, kStations = 81;
+  o.prior_sd = default_priors();
+  o.reference = {1e-4, 300, 0.3 * kDegree};
+  for (const bool estimates : {false, true}) {
+    o.estimates_reference = estimates;
+    double nees = 0;
+    for (int run = 0; run < kRuns; ++run) {
+      PerParameter<double> tool{};
+      for (int i = 0; i < o.parameters.size(); ++i)
+        tool[static_cast<std::size_t>(o.parameters.index(i))] = normal(random) * o.parameters[i].prior_sd;
+      const ReferenceErrors error{o.reference.gravity * normal(random), o.reference.total * normal(random),
+                                  o.reference.dip * normal(random)};
+      const Stations well = noisy_well(tool, kStations, random, error);
+      const Fitter fitter = [&o](const Stations& s) {
+        FittedStations fitted = fit_by_least_squares(s, o);
+        if (o.estimates_reference) return fitted;
+        // Errors of a reference that is not estimated are in the residuals, too: their size alone is not to be claimed.
+        fitted.s0 = 1 / kTooLarge;
+        claim_for_variance(fitted.fit, o, fitted.s0 * fitted.s0);
+        return fitted;
+      };
+      nees += cross_validate(well, alternating(kStations), false, o, fitter).nees / kRuns;
+    }
+    CAPTURE(estimates);
+    CHECK(nees == Approx(1).epsilon(0.1));
+  }
+}
+
 TEST_CASE("The criterion takes the parameters that are there, and no more") {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;

@@ -1,7 +1,9 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
+#include <numeric>
 #include <random>
 
+#include "base/error.h"
 #include "base/units.h"
 #include "multistation/robust.h"
 #include "multistation/subsets.h"
@@ -295,6 +297,44 @@ TEST_CASE("One run's robust fit is least squares with its weights, and its covar
         if (k < 4 && (loss == Loss::cauchy || loss == Loss::tukey)) CHECK(r.weights[static_cast<std::size_t>(k)] < 0.3);
       }
     }
+}
+
+TEST_CASE("What a loss costs is a share of what stations say, not of priors of tool or reference") {
+  const std::vector<StationReadings> run = readings_with_errors(2, 3);
+  FitOptions o = options_of_set("9");
+  o.estimates_reference = true;
+  o.reference = {0, 300, 0.003};  // gravity is taken as exact
+  for (const Loss loss : {Loss::huber, Loss::l1}) {
+    const RobustFit r = robust_fit(run, o, options_of(loss), random::Stream(3, 52));
+    const Eigen::MatrixXd& joint = r.fit.joint;
+    REQUIRE(joint.rows() == 12);
+    CHECK(joint.row(9).norm() == 0);
+    std::vector<int> moves(12);
+    std::iota(moves.begin(), moves.end(), 0);
+    moves.erase(moves.begin() + 9);
+    Eigen::VectorXd precision(11), unit(11);
+    for (int i = 0; i < 9; ++i)
+      precision[i] = std::pow(o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))], -2);
+    precision.tail(2) << std::pow(300, -2), std::pow(0.003, -2);
+    unit = precision.cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd inverse = unit.cwiseInverse().asDiagonal() * r.fit.inverse(moves, moves) *
+                                    unit.cwiseInverse().asDiagonal(),
+                          normal = inverse.inverse(), one = Eigen::MatrixXd::Identity(11, 11);
+    const Eigen::MatrixXd expected = inverse * (r.factor * (normal - one) + one) * inverse;
+    const Eigen::MatrixXd found =
+        unit.cwiseInverse().asDiagonal() * joint(moves, moves) * unit.cwiseInverse().asDiagonal();
+    CHECK((found - expected).norm() < 1e-8);
+    CHECK((joint - r.fit.inverse).norm() > 0.01 * joint.norm());
+    CHECK((r.fit.posterior - joint.topLeftCorner(9, 9)).norm() == 0);
+    CHECK_THAT(r.fit.reference_sd.total, WithinRel(std::sqrt(joint(10, 10)), 1e-14));
+  }
+}
+
+TEST_CASE("A fit with the weights of a loss that does not converge is no answer") {
+  FitOptions o = options_of_set("6");
+  o.max_iterations = 1;
+  CHECK_THROWS_AS(robust_fit(readings_with_errors(2, 3), o, options_of(Loss::huber), random::Stream(3, 52)),
+                  InputError);
 }
 
 TEST_CASE("A fit that knows the wrong stations is that of the others") {
