@@ -284,7 +284,10 @@ store::Table intervals_table(const std::vector<analysis::ProfiledInterval>& inte
     t.number("profile_low", "1", "lower bound by the profile", x.profile_low);
     t.number("profile_high", "1", "upper bound by the profile", x.profile_high);
     t.number("shift", "1", "how far an end moves at most, in half widths of the covariance's interval", x.shift());
-    t.word("covariance", "holds, or differs: shift above 0.05", x.is_notable() ? "differs" : "holds");
+    t.word("covariance", "holds; differs: shift above 0.05; or undetermined: the profile has no value",
+           !x.is_determined() ? "undetermined"
+           : x.is_notable()   ? "differs"
+                              : "holds");
     t.number("jump_probability", "1", "of errors beyond which the estimate is that of another minimum",
              x.jump_probability);
   });

@@ -178,10 +178,11 @@ void warn_of_accelerometers(const survey::SixAxisReadings& r, const survey::Refe
 }
 
 void warn_of_profile(const std::vector<ProfiledInterval>& profiled, Warnings& out) {
-  std::vector<std::string> differ;
+  std::vector<std::string> differ, undetermined;
   double jump = 0;
   for (const ProfiledInterval& x : profiled) {
     jump = std::max(jump, x.jump_probability);
+    if (!x.is_determined()) undetermined.push_back(x.quantity);
     if (x.is_notable())
       differ.push_back(fmt::format("{} {:.4g} .. {:.4g} (covariance {:.4g} .. {:.4g})", x.quantity, x.profile_low,
                                    x.profile_high, x.first_low, x.first_high));
@@ -190,6 +191,11 @@ void warn_of_profile(const std::vector<ProfiledInterval>& profiled, Warnings& ou
     out.push_back({"warning", fmt::format("the covariance does not hold: errors of the claimed size move the estimate "
                                           "out of proportion. Take the profile's intervals: {}",
                                           fmt::join(differ, ", "))});
+  if (!undetermined.empty())
+    out.push_back(
+        {"warning", fmt::format("nothing tells whether the covariance holds of {}: errors of the claimed size "
+                                "lead to readings without an estimate, and the profile has no value",
+                                fmt::join(undetermined, ", "))});
   if (constexpr double kRare = 1e-4; jump > kRare)
     out.push_back({"warning", fmt::format("with a probability of {:.2g} the estimate is that of another minimum than "
                                           "the truth: no interval shows it",

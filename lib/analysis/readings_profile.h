@@ -6,6 +6,7 @@
 /// those of its profile (orders/profile.h) about the readings as they are: exact along the direction of the errors that
 /// moves the result most, to first order in all others. Where that direction is all that matters and the result rises
 /// or falls with it, the interval holds the truth with exactly its probability, however bent the path is.
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ struct ProfiledInterval {
 
   /// The larger shift of an end, in first-order half widths; 0 where neither has an extent.
   double shift() const;
-  bool is_notable() const { return shift() > kNotableShift; }
+  bool is_determined() const { return !std::isnan(profile_low) && !std::isnan(profile_high); }
+  bool is_notable() const { return is_determined() && shift() > kNotableShift; }
 };
 
 /// Gains and biases, then the last station. Nothing where the estimator is no fit of all six parameters to the field,

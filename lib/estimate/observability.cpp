@@ -11,13 +11,23 @@
 
 namespace surveymc::estimate {
 
-Observability observability(const Eigen::MatrixXd& jacobian) {
+Observability observability(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& sizes) {
   const Eigen::Index n = jacobian.cols();
   Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(std::max(jacobian.rows(), n), n);
   scaled.topRows(jacobian.rows()) = jacobian;
+  const Eigen::VectorXd lengths = scaled.colwise().norm();
+  Eigen::VectorXd effects = lengths;
+  double no_effect = 0;
+  if (sizes.size() > 0) {
+    // After rounding, no effect is 1e-17 or so, which scaling would make as long as any other.
+    effects = lengths.cwiseProduct(sizes);
+    no_effect = kNoEffect * std::max(effects.maxCoeff(), 1.0);
+  }
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double length = scaled.col(i).norm();
-    if (length > 0) scaled.col(i) /= length;
+    if (effects[i] > no_effect)
+      scaled.col(i) /= lengths[i];
+    else
+      scaled.col(i).setZero();
   }
   const stats::SingularValues svd = stats::singular_values(scaled);
   Observability o;
@@ -27,7 +37,7 @@ Observability observability(const Eigen::MatrixXd& jacobian) {
   const double largest_value = o.singular_values[n - 1];
   for (Eigen::Index j = 0; j < n; ++j) {
     // After rounding, a zero is 1e-16 of the largest.
-    const bool zero = o.singular_values[j] < 1e-14 * largest_value;
+    const bool zero = o.singular_values[j] <= 1e-14 * largest_value;
     o.condition_indices[j] = zero ? kInfinity : largest_value / o.singular_values[j];
     Eigen::Index largest = 0;
     o.directions.col(j).cwiseAbs().maxCoeff(&largest);
@@ -38,6 +48,7 @@ Observability observability(const Eigen::MatrixXd& jacobian) {
     const double mu = std::max(o.singular_values[j], 1e-14 * largest_value);
     o.variance_inflation += o.directions.col(j).cwiseAbs2() / (mu * mu);
   }
+  if (largest_value == 0) o.variance_inflation.setConstant(kInfinity);
   return o;
 }
 

@@ -24,8 +24,10 @@ struct Observability {
 
 /// `jacobian`: residuals by parameters, one row a residual of unit variance. A parameter without any effect (a column
 /// of zeros) is a combination of its own with singular value zero. Where there are fewer residuals than parameters, the
-/// combinations that are left have singular value zero.
-Observability observability(const Eigen::MatrixXd& jacobian);
+/// combinations that are left have singular value zero. `sizes`: of each parameter, in units in which columns can be
+/// compared: one below kNoEffect of the longest, or of 1, is zero but for rounding. Empty: only zeros are.
+Observability observability(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& sizes = {});
+inline constexpr double kNoEffect = 1e-12;
 
 /// Above kWeakCondition a combination is weak, and harms all results that depend on it (Belsley et al. 1980: 30 to 100,
 /// "moderate to strong").

@@ -7,7 +7,7 @@
 /// J diag(prior sd) above 1, J in units of the residuals' noise; of such a combination the run knows more than the
 /// prior.
 ///
-/// Laws, which docs/studies/observability.md proves by its table:
+/// Laws, which docs/studies/msa_parameters.md shows by its table:
 ///   (a) constant inclination: abz and asz are one, whatever the azimuth does: cosI is the same at all stations
 ///   (b) constant direction: mbz and msz are one
 ///   (c) slide, which is constant toolface: a cross-axial bias of the magnetometers is a rotation of the triad

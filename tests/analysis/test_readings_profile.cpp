@@ -88,6 +88,25 @@ TEST_CASE("Where first order fails, intervals of the profile hold the truth as o
   CHECK_FALSE(is_share(by_covariance, kRuns, kConfidence));
 }
 
+TEST_CASE("A profile without value does not say that the covariance holds") {
+  const sensor::NoiseModel noise = test::msa_noise(1, sensor::ReferenceNoise::per_run, 1e-3);
+  const test::MsaTrials trials(4, 1, noise);
+  const ProfiledRun run = profiled_run(trials.block, 0, trials.c);
+  ProfiledInterval x{"east_m", 100, 2, 96, 104, kNaN, kNaN, kNaN};
+  CHECK_FALSE(x.is_determined());
+  CHECK_FALSE(x.is_notable());
+  const ReadingsAnalysis a = analyse_readings(run.readings, run.field, noise, {});
+  const auto warnings =
+      warnings_of_estimate(run.readings, run.field, noise, a, judge_readings(run.readings, a, {}), std::nullopt, {x});
+  CHECK(std::any_of(warnings.begin(), warnings.end(), [](const Warning& w) {
+    return w.message.find("whether the covariance holds of east_m") != std::string::npos;
+  }));
+  x.profile_low = 95;
+  x.profile_high = 105;
+  CHECK(x.is_determined());
+  CHECK(x.is_notable());
+}
+
 TEST_CASE("Where first order holds, the profile gives its intervals") {
   for (const std::string& name : {"msa", "msa_weighted", "msa_joint"})
     for (const double scale : {1.0, 0.1}) {

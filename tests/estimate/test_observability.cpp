@@ -74,6 +74,10 @@ TEST_CASE("What nothing depends on, and what is the same, is not observable") {
   const Observability o = observability(none);
   CHECK(std::isinf(o.condition_indices[0]));
   CHECK(combination_name(o.directions.col(0)) == "bias_y");
+  none.col(4).setConstant(1e-17);  // rounding
+  CHECK(std::isinf(observability(none, Eigen::VectorXd::Ones(6)).condition_indices[0]));
+  const Observability nothing = observability(Jacobian::Zero(7, 6));
+  for (int i = 0; i < 6; ++i) CHECK(std::isinf(nothing.condition_indices[i]));
   // All stations alike: two independent residuals for six parameters.
   const test::ThesisCase c = test::thesis_case(4);
   const std::vector<survey::StationFields> same(20, test::station_fields(c).front());
