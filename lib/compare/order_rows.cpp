@@ -29,6 +29,7 @@ void write_order(TableRows& t, const std::string& quantity, const Eigen::Vector3
   t.number("mean_second", "m", "mean error to second order", direction.dot(second.mean));
   if (predictions.profile) {
     const orders::Profile& profile = *predictions.profile;
+    const orders::Mixture smooth = orders::without_gaps(profile);
     const orders::Shape shape = orders::shape_along(profile.mixture, direction);
     const orders::OrderVerdict v = orders::order_needed(first, second, profile, direction, rule.margin);
     t.number("sd_profile", "m", "sd of the profile", shape.sd);
@@ -40,7 +41,7 @@ void write_order(TableRows& t, const std::string& quantity, const Eigen::Vector3
                                   {"q_0_5", 0.5},
                                   {"q_0_97725", 0.977249868051821},
                                   {"q_0_99865", 0.99865010196837}})
-      t.number(name, "m", "quantile of the profile", orders::quantile(profile.mixture, direction, p));
+      t.number(name, "m", "quantile of the profile", orders::quantile(smooth, direction, p));
     t.number("e2", "1", "sd of second order over that of first, less 1", v.e2);
     t.number("m2", "1", "mean error of second order in first-order sds", v.m2);
     t.number("e4", "1", "sd of the profile over that of second order, less 1", v.e4);
