@@ -143,6 +143,13 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   read_published_values(c, s);
   scenario::scale_models(c, s);
   s.laws = scenario::read_reference_laws(c, {.sizes = false});
+  std::vector<const scenario::ToolRuns*> tools{&s.reference.tools};
+  for (const scenario::SurveyedWell& offset : s.offsets) tools.push_back(&offset.tools);
+  scenario::warn_of_idle_laws(c, s.laws, tools, false);
+  for (const auto& e : s.laws.elements)
+    c.require(!e.law || e.law->is_symmetric(), "reference_law",
+              "\"asymmetric_nig\" has a tail towards the other well and another one away from it: use a symmetric law "
+              "here");
   read_drawing(c, s);
   c.require(!s.laws.any() || s.drawing.trials == 0, "trials", "draws normal errors: not together with reference_law");
   c.finish();

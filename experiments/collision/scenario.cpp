@@ -103,6 +103,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                    : propagate::VerticalRule::tilt;
   require_drawable(s);
   s.laws = scenario::read_reference_laws(c, {.sizes = false});
+  std::vector<const scenario::ToolRuns*> tools{&s.reference.tools};
+  for (const scenario::SurveyedWell& offset : s.offsets) tools.push_back(&offset.tools);
+  scenario::warn_of_idle_laws(c, s.laws, tools);
   s.run = events::read_event_run(c);
   std::vector<compare::Row> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});

@@ -190,7 +190,7 @@ void read_disturbance(config::ConfigReader& c, Scenario& s) {
     for (std::size_t i = 0; i < sizes.size() && !d.keeps_normals(); ++i)
       c.require(sizes[i] == 0 || s.disturbed->sizes()[kElements[i]] > 0, "disturbance.match",
                 fmt::format("the disturbance does not change the {}, which is drawn at every station",
-                            disturbance::kElementNames[kElements[i]]));
+                            random::kReferenceElements[kElements[i]]));
     station = {d.scale * station.total, d.scale * station.dip, d.scale * station.declination, d.scale * station.east};
   } else {
     const auto& sizes = s.disturbed->sizes();
@@ -287,6 +287,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(!s.orders.any() || !s.laws.any(), "prediction.orders",
             "are of normal errors: not together with reference_law");
   c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
+  c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
+            "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");
   c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
             "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");

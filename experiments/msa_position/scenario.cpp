@@ -57,7 +57,7 @@ void read_disturbance(config::ConfigReader& c, Scenario& s) {
     if (!d.match_variance) *sizes[i] = own;
     c.require(d.keeps_normals() || *sizes[i] == 0 || own > 0, "disturbance.match",
               fmt::format("the disturbance does not change the {}, which noise.reference has",
-                          disturbance::kElementNames[kElements[i]]));
+                          random::kReferenceElements[kElements[i]]));
     *sizes[i] *= d.scale;
   }
 }
@@ -127,6 +127,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(!s.laws.any() || !s.orders.any(), "prediction.orders",
             "are of normal errors: not together with reference_law");
   c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
+  c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
+            "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");
   c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   s.verdict = compare::read_verdict_rule(c);
   const std::vector<compare::Row> rows = rows_of(s);

@@ -158,6 +158,7 @@ Scenario read_scenario(config::ConfigReader& c) {
     if (p.source != "total" && s.detail != propagate::SourceDetail::all)
       c.fail("output.by_source", "must be \"all\": there are published values of a source");
   s.laws = scenario::read_reference_laws(c, {.sizes = false});
+  scenario::warn_of_idle_laws(c, s.laws, {&s.tools});
   s.tails = compare::read_tail_rule(c, s.laws);
   c.require(!s.tails.wanted || !s.disturbance, "disturbance.kind", "not together with the table `tails`");
   c.finish();

@@ -158,7 +158,15 @@ disturbance::Series csv_series(const InputFile& file) {
   while (reader.next(block, 4096))
     for (std::size_t k = 0; k < block.time_h.size(); ++k) {
       last_h = block.time_h[k];
-      for (std::size_t i = 0; i < 3; ++i) m.values[i].push_back(block.values[3 * k + i]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double x = block.values[3 * k + i];
+        require(
+            x < kMissing,
+            "{}: {} = {:g} at {:.6g} h after the first row: 99999 and 88888 stand for missing values; a series must "
+            "have no gap: cut the file to a part without gaps",
+            file.path, options.sensors[i], x, last_h);
+        m.values[i].push_back(x);
+      }
     }
   const SensorQuality& found = reader.found();
   const auto refuse = [&](const Finding& f, const char* what) {

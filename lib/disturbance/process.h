@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "random/stream.h"
+#include "random/reference_laws.h"
 #include "survey/reference_field.h"
 
 namespace surveymc::disturbance {
@@ -67,9 +67,14 @@ void take_off_quiet_level(Series& series, QuietLevel level);
 
 // ------------------------------------------------------------------------------------------ elements of the reference
 
-/// Elements of a reference field that a disturbance changes.
-enum Element { kDeclination, kDip, kTotal, kElements };
-inline constexpr const char* kElementNames[kElements] = {"declination", "dip", "total"};
+/// Elements of a reference field that a disturbance changes, as indices: those of random::ReferenceElement, which has
+/// their names.
+enum Element {
+  kDeclination = static_cast<int>(random::ReferenceElement::declination),
+  kDip = static_cast<int>(random::ReferenceElement::dip),
+  kTotal = static_cast<int>(random::ReferenceElement::total),
+  kElements
+};
 
 /// How the elements (rows: rad, rad, nT) follow a small disturbance (columns: north, east, down; nT):
 ///   dD = dE / H,  dI = (dZ cos I - dH sin I) / F,  dF = dH cos I + dZ sin I

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "propagate/well_errors.h"
 
 namespace surveymc::propagate {
 
@@ -20,11 +21,9 @@ constexpr std::array<const char*, disturbance::kElements> kCodes{"DISTURBANCE-DE
                                                                  "DISTURBANCE-TOTAL"};
 constexpr std::size_t kMostDraws = 3000;
 
-std::optional<Element> element_of(const error_model::Function& f) {
-  if (f.name == "AZ" || f.name == "DBH") return disturbance::kDeclination;
-  if (f.name == "MDI") return disturbance::kDip;
-  if (f.name == "MFI") return disturbance::kTotal;
-  return std::nullopt;
+std::optional<Element> element_of(const error_model::Term& t) {
+  const auto element = reference_element(t.code, t.function->name);
+  return element ? std::optional(static_cast<Element>(*element)) : std::nullopt;
 }
 
 /// One standard deviation of the element by a term: rad, nT.
@@ -52,13 +51,13 @@ std::shared_ptr<const error_model::Model> disturbed_model(const error_model::Mod
     double variance = 0;
     std::shared_ptr<const error_model::Function> function;
     for (const error_model::Term& t : model.terms) {
-      if (element_of(*t.function) != static_cast<Element>(e)) continue;
+      if (element_of(t) != static_cast<Element>(e)) continue;
       if (!function || t.function->name == "AZ") function = t.function;
       if (disturbed_element(t)) variance += std::pow(size_of(t, field), 2);
     }
     require(!d.match_variance || variance == 0 || sizes[static_cast<std::size_t>(e)] > 0,
             "the disturbance does not change the {}, of which the error model has a term of mode R",
-            disturbance::kElementNames[e]);
+            random::kReferenceElements[static_cast<std::size_t>(e)]);
     const double size = d.scale * (d.match_variance ? std::sqrt(variance) : sizes[static_cast<std::size_t>(e)]);
     if (!function || size == 0) continue;
     error_model::Term t;
@@ -86,7 +85,7 @@ std::map<std::string, Element> disturbed_codes(const std::vector<ToolRun>& runs)
 
 std::optional<Element> disturbed_element(const error_model::Term& term) {
   if (term.mode != error_model::PropagationMode::random) return std::nullopt;
-  return element_of(*term.function);
+  return element_of(term);
 }
 
 std::vector<ToolRun> disturbed_runs(const std::vector<ToolRun>& runs, const Disturbance& d,

@@ -22,7 +22,7 @@ class DrawBook {
   std::size_t source_of(const error_model::Term& term) {
     for (std::size_t s = 0; s < out_.sources.size(); ++s)
       if (out_.sources[s].code == term.code && out_.sources[s].mode == term.mode) return s;
-    out_.sources.push_back({term.code, term.mode, {}, reference_element(term.function->name)});
+    out_.sources.push_back({term.code, term.mode, {}, reference_element(term.code, term.function->name)});
     open_.emplace_back();
     return out_.sources.size() - 1;
   }
@@ -117,7 +117,10 @@ void sort_draws(WellErrors& w) {
 
 }  // namespace
 
-std::optional<random::ReferenceElement> reference_element(const std::string& function) {
+std::optional<random::ReferenceElement> reference_element(const std::string& code, const std::string& function) {
+  // Camera based tools, gyro orientation and magnetic interference: azimuths that are wrong for other reasons.
+  for (const char* own : {"AZMR", "AZMS", "AZRF", "AMIC"})
+    if (code == own) return std::nullopt;
   if (function == "AZ" || function == "DBH") return random::ReferenceElement::declination;
   if (function == "MDI") return random::ReferenceElement::dip;
   if (function == "MFI") return random::ReferenceElement::total;

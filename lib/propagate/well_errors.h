@@ -37,9 +37,10 @@ enum class VerticalRule {
            ///< radians
 };
 
-/// What a weighting function is an error of, whatever the code is called: AZ and DBH declination, MDI dip, MFI total
-/// field; none: of something else.
-std::optional<random::ReferenceElement> reference_element(const std::string& function);
+/// What a term is an error of, by its weighting function: AZ and DBH declination, MDI dip, MFI total field; none: of
+/// something else. Of function AZ are errors of the tool and of its alignment, too: the codes AZMR, AZMS, AZRF and AMIC
+/// of OWSG are none of the reference.
+std::optional<random::ReferenceElement> reference_element(const std::string& code, const std::string& function);
 
 /// Errors of one code and mode. R: one draw a station; S: one a leg; W and G: one; a gyro's by its sections.
 struct ErrorSource {

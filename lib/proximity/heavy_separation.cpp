@@ -15,7 +15,7 @@ std::vector<stats::HeavyPart> heavy_parts(const PairErrors& errors, const random
   std::array<double, 4> square{};  // by slot of a V
   std::array<std::shared_ptr<const random::MixingLaw>, 4> law_of;
   const auto add = [&](const JoiningSource& source, double along) {
-    const auto element = propagate::reference_element(source.function);
+    const auto element = propagate::reference_element(source.code, source.function);
     const bool has = source.mode == error_model::PropagationMode::global ? laws.global : laws.well;
     if (!element || !has || !laws.of(*element).law || along == 0) return;
     const auto& law = laws.of(*element).law;

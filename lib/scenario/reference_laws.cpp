@@ -126,4 +126,27 @@ random::ReferenceLaws read_reference_laws(config::ConfigReader& c, const Referen
   return laws;
 }
 
+void warn_of_idle_laws(config::ConfigReader& c, const random::ReferenceLaws& laws,
+                       const std::vector<const ToolRuns*>& tools, bool with_random) {
+  using enum error_model::PropagationMode;
+  const auto has_law = [&](const error_model::Term& t) {
+    return (t.mode == global && laws.global) || (t.mode == well && laws.well) ||
+           (t.mode == random && laws.random && with_random);
+  };
+  for (std::size_t e = 0; e < laws.elements.size(); ++e) {
+    if (!laws.elements[e].law) continue;
+    bool any = false;
+    for (const ToolRuns* t : tools)
+      for (const propagate::ToolRun& run : t->runs)
+        for (const error_model::Term& term : run.model->terms)
+          any =
+              any || (term.sigma != 0 && has_law(term) &&
+                      propagate::reference_element(term.code, term.function->name) == static_cast<ReferenceElement>(e));
+    if (!any)
+      c.warn("reference_law." + random::kReferenceElements[e],
+             "changes nothing: no error model here has a term of this element in the modes that have the law",
+             "leave it out, or take a model with such a term (surveymc models shows them)");
+  }
+}
+
 }  // namespace surveymc::scenario

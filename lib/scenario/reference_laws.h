@@ -2,6 +2,7 @@
 /// `[reference_law]`: laws of the errors of the reference field.
 #include "config/config.h"
 #include "random/reference_laws.h"
+#include "scenario/error_models.h"
 
 namespace surveymc::scenario {
 
@@ -17,5 +18,10 @@ struct ReferenceDraws {
 /// `draws` has it, `modes`, `shared_mixing`, `each_term`. Without an element its errors are normal. Notes the standard
 /// deviation that follows from the size.
 random::ReferenceLaws read_reference_laws(config::ConfigReader& config, const ReferenceDraws& draws);
+
+/// Warns of elements whose law changes nothing: no tool has a term of them in the modes that have the laws.
+/// `with_random`: errors of mode R can have them in this study.
+void warn_of_idle_laws(config::ConfigReader& config, const random::ReferenceLaws& laws,
+                       const std::vector<const ToolRuns*>& tools, bool with_random = true);
 
 }  // namespace surveymc::scenario

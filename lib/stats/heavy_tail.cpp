@@ -11,6 +11,9 @@
 namespace surveymc::stats {
 namespace {
 
+/// The sum over t of several parts is as good.
+constexpr double kLeast = 1e-8;
+
 double normal_share(const std::vector<HeavyPart>& parts) {
   double rest = 1;
   for (const HeavyPart& p : parts) rest -= p.weight * p.weight;
@@ -62,12 +65,17 @@ std::vector<double> beyond(const std::vector<HeavyPart>& all, const std::vector<
     for (std::size_t i = 0; i < k.size(); ++i) out[i] -= 2 * phi.real() * std::sin(k[i] * t) / (kPi * (j + 0.5));
     if (std::abs(phi) < 1e-12 * (j + 0.5)) break;
   }
-  for (double& p : out) p = std::clamp(p, 0.0, 1.0);
+  for (double& p : out) p = p < kLeast ? kNaN : std::min(p, 1.0);
   return out;
 }
 
 double quantile_beyond(const std::vector<HeavyPart>& parts, double probability) {
-  const auto excess = [&](double k) { return std::log(std::max(1e-300, beyond(parts, {k})[0]) / probability); };
+  // A probability that is too small to be known is smaller than the one that is sought, if that one can be known.
+  if (parts.size() > 1 && probability < kLeast) return kNaN;
+  const auto excess = [&](double k) {
+    const double p = beyond(parts, {k})[0];
+    return std::log((std::isnan(p) ? kLeast / 2 : std::max(1e-300, p)) / probability);
+  };
   double hi = 1;
   while (excess(hi) > 0) hi *= 2;
   std::uintmax_t steps = 100;

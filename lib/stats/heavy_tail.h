@@ -16,11 +16,11 @@ struct HeavyPart {
 
 /// P(|x| > k) for x = sum weight_i H_i + sqrt(1 - sum weight_i^2) N of variance 1, all independent, for every k > 0.
 /// One part: E_V of the normal tails of variance rho V + 1 - rho, by one quadrature over V. Several: by the product of
-/// characteristic functions (Gil-Pelaez 1951; error of the sum over t: Davies 1973), to 1e-8. Parts of several
-/// stations cost as many functions a value of t.
+/// characteristic functions (Gil-Pelaez 1951; error of the sum over t: Davies 1973), to 1e-8: smaller ones are
+/// NaN. Parts of several stations cost as many functions a value of t.
 std::vector<double> beyond(const std::vector<HeavyPart>& parts, const std::vector<double>& k);
 
-/// The k with P(|x| > k) = probability.
+/// The k with P(|x| > k) = probability; NaN of several parts where the probability is less than 1e-8.
 double quantile_beyond(const std::vector<HeavyPart>& parts, double probability);
 
 }  // namespace surveymc::stats

@@ -74,6 +74,9 @@ TEST_CASE("A gap in a series is refused with its place") {
   CHECK_THROWS_WITH(minutes_of(iaga_text("FDI")), Contains("must be of XYZ, HEZ, HDZ"));
   CHECK_THROWS_WITH(minutes_of(csv_text("2024-05-31T00:03:00Z,,297,45000")), Contains("made_up.min:4: empty"));
   CHECK_THROWS_WITH(minutes_of(csv_text("# none")), Contains("made_up.min:5: a gap"));
+  for (const char* missing : {"99999", "88888.00"})
+    CHECK_THROWS_WITH(minutes_of(csv_text(fmt::format("2024-05-31T00:03:00Z,20003,{},45000", missing))),
+                      Contains("made_up.min: y_nT = ") && Contains("missing values"));
 }
 
 TEST_CASE("Minutes in CSV") {

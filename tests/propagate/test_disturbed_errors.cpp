@@ -168,3 +168,9 @@ TEST_CASE("Drawn wells have the covariance of the disturbance") {
     CHECK(found(0, 0) == Approx(predicted(0, 0)).epsilon(0.045));
   }
 }
+
+TEST_CASE("Azimuth errors of the tool are none of the reference's declination") {
+  CHECK((reference_element("DECR", "AZ") == random::ReferenceElement::declination));
+  CHECK((reference_element("DBHR", "DBH") == random::ReferenceElement::declination));
+  for (const char* own : {"AZMR", "AZMS", "AZRF", "AMIC"}) CHECK_FALSE(reference_element(own, "AZ").has_value());
+}

@@ -112,4 +112,10 @@ TEST_CASE("The k of a probability is the inverse of the probability of a k") {
   for (const double p : {0.3, 0.05, 4.65e-4, 1e-6})
     CHECK(std::abs(stats::beyond(parts, {stats::quantile_beyond(parts, p)})[0] / p - 1) < 1e-6);
   CHECK(std::abs(stats::quantile_beyond({}, 4.652581580e-4) - 3.5) < 1e-6);
+  // Several parts are known to 1e-8 only.
+  const std::vector<HeavyPart> two{{law_of({.kind = LawKind::nig, .shape = 5}), 0.3},
+                                   {law_of({.kind = LawKind::nig, .shape = 5}), 0.2}};
+  CHECK(std::isnan(stats::beyond(two, {9})[0]));
+  CHECK(std::isnan(stats::quantile_beyond(two, 1e-9)));
+  CHECK(std::abs(stats::beyond(two, {stats::quantile_beyond(two, 1e-6)})[0] / 1e-6 - 1) < 1e-2);
 }
