@@ -22,7 +22,8 @@
   study(drift_monitoring, experiment, answer)                       \
   study(mwd_drift, experiment, answer)                              \
   study(axial_correction, experiment, answer)                       \
-  study(chained_multistation, experiment, answer)
+  study(chained_multistation, experiment, answer)                   \
+  study(robustness_map, experiment, answer)
 // clang-format on
 
 namespace surveymc::studies {

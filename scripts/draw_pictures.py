@@ -28,6 +28,7 @@ PICTURES = {
     "position_covariance": ("iscwsa/well1_rev5.10", "sources"),
     "rare_event": ("rare_event/functions", "probability"),
     "reliability_map": ("reliability/fig3", "azimuth"),
+    "robustness_map": ("robustness_map/breakdown", ""),
     "sensor_monte_carlo": ("sensor_monte_carlo/iscwsa_well1", "axes"),
     "tool_code_map": ("tool_codes/corrections_map", "ratio"),
     "vertical_well": ("vertical_well/fig1", "ellipses"),

@@ -45,6 +45,8 @@ std::string_view name_of(StudyId id) {
       return "gross_error_detection";
     case StudyId::corrected_codes:
       return "corrected_codes";
+    case StudyId::robustness_map:
+      return "robustness_map";
   }
   return "";
 }

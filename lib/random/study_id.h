@@ -29,6 +29,7 @@ enum class StudyId : std::uint32_t {
   reliability_well = 12,
   gross_error_detection = 20,
   corrected_codes = 50,
+  robustness_map = 52,
 };
 
 /// The study's name, as configs have it; "" of none.

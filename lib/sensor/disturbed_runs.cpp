@@ -53,7 +53,8 @@ namespace {
 
 /// `mixing`: rows of draw_mixing(); without rows all errors are normal.
 DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial, const survey::LaneArray* mixing,
-                           survey::ReadingBlock& out, const survey::LaneArray* made = nullptr) {
+                           survey::ReadingBlock& out, const survey::LaneArray* made = nullptr,
+                           survey::LaneArray* gravity = nullptr) {
   return {s.frames.data(),
           s.stations(),
           out.groups(),
@@ -77,13 +78,15 @@ DisturbedRunBatch batch_of(const DisturbedRunSetup& s, std::uint64_t first_trial
           out.down.group_stride(),
           out.reference.group_stride(),
           made == nullptr ? nullptr : made->row(0, 0),
-          made == nullptr ? 0 : made->group_stride()};
+          made == nullptr ? 0 : made->group_stride(),
+          gravity == nullptr ? nullptr : gravity->row(0, 0),
+          gravity == nullptr ? 0 : gravity->group_stride()};
 }
 
 }  // namespace
 
 void draw_disturbed_runs(const DisturbedRunSetup& s, const random::Stream& stream, std::uint64_t first_trial,
-                         survey::ReadingBlock& out, const survey::LaneArray* made) {
+                         survey::ReadingBlock& out, const survey::LaneArray* made, survey::LaneArray* gravity) {
   survey::LaneArray mixing;
   const bool mixed = !s.slots.empty();
   if (mixed) {
@@ -91,7 +94,7 @@ void draw_disturbed_runs(const DisturbedRunSetup& s, const random::Stream& strea
     random::draw_mixing(stream, s.slots, first_trial, false, out.groups(), mixing.row(0, 0), mixing.group_stride());
   }
   simd::run_kernel<isa_v3::disturbed_runs, isa_v4::disturbed_runs>(
-      batch_of(s, first_trial, mixed ? &mixing : nullptr, out, made), stream);
+      batch_of(s, first_trial, mixed ? &mixing : nullptr, out, made, gravity), stream);
 }
 
 void disturbed_readings(const DisturbedRunSetup& s, const survey::LaneArray& z, survey::ReadingBlock& out) {

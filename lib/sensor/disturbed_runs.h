@@ -50,8 +50,10 @@ survey::ReadingBlock make_disturbed_block(int trials, const DisturbedRunSetup& s
 /// Fills `out` with trials first_trial, first_trial + 1, ... (first_trial a multiple of kGroup). Channels:
 /// disturbed_run (index 16: the turn), disturbed_station, and magnetometer_noise with noise. `made`: the draws of
 /// `setup.station` in place of the stream's, rows 3 station + {total field, dip, declination}, in units of their sd.
+/// `gravity`: null, or room for |g| of every station as it is read (m/s2), a row a station.
 void draw_disturbed_runs(const DisturbedRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial,
-                         survey::ReadingBlock& out, const survey::LaneArray* made = nullptr);
+                         survey::ReadingBlock& out, const survey::LaneArray* made = nullptr,
+                         survey::LaneArray* gravity = nullptr);
 
 /// The same of given normals, rows of `z` (groups of `out` or more): 16 of the run in the order of SensorTerms,
 /// interference, total field, dip, declination; then three of every station: total field, dip, declination; then three

@@ -73,7 +73,8 @@ struct GivenNormals {
 
 /// One run. `mixing`: of these trials.
 template <class Normals>
-void run(const DisturbedRunBatch& b, const Normals& normals, const double* mixing, double* magnetic, double* down) {
+void run(const DisturbedRunBatch& b, const Normals& normals, const double* mixing, double* magnetic, double* down,
+         double* gravity) {
   // The error of an element (declination, dip, total) of the run, station -1, or of a station.
   const auto mixed = [&](int station, int element, const T& z) {
     if (mixing == nullptr) return z;
@@ -115,7 +116,9 @@ void run(const DisturbedRunBatch& b, const Normals& normals, const double* mixin
     store(magnetic + (3 * k + 2) * kGroup, reading(n.z, e.z, u.z, m_scale.z, m_bias.z));
     const survey::Vec3<T> g{fma(a_scale.x, u.x, u.x) + a_bias.x, fma(a_scale.y, u.y, u.y) + a_bias.y,
                             fma(a_scale.z, u.z, u.z) + a_bias.z};
-    const survey::Vec3<T> direction = scale(one / norm(g), g);
+    const T length = norm(g);
+    if (gravity) store(gravity + k * kGroup, T(b.gravity) * length);
+    const survey::Vec3<T> direction = scale(one / length, g);
     store(down + 3 * k * kGroup, direction.x);
     store(down + (3 * k + 1) * kGroup, direction.y);
     store(down + (3 * k + 2) * kGroup, direction.z);
@@ -138,7 +141,8 @@ void run_all(const DisturbedRunBatch& b, const NormalsOf& normals_of) {
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
       const auto g = static_cast<std::size_t>(group);
       run(b, normals_of(group, lane), b.mixing == nullptr ? nullptr : b.mixing + g * b.mixing_stride + lane,
-          b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane);
+          b.magnetic + g * b.magnetic_stride + lane, b.down + g * b.down_stride + lane,
+          b.gravity_size ? b.gravity_size + g * b.gravity_size_stride + lane : nullptr);
       double* reference = b.reference + g * b.reference_stride + lane;
       store(reference, T(b.total) * cos_dip);
       store(reference + kGroup, T(b.total) * sin_dip);

@@ -24,6 +24,8 @@ struct DisturbedRunBatch {
   std::size_t magnetic_stride, down_stride, reference_stride;
   const double* made;  ///< draws of the stations; null: the stream's
   std::size_t made_stride;
+  double* gravity_size;  ///< may be null
+  std::size_t gravity_size_stride;
 };
 
 SURVEYMC_KERNEL(void disturbed_runs(const DisturbedRunBatch& batch, const random::Stream& stream));

@@ -27,7 +27,8 @@ TEST_CASE("A study keeps the number of its random numbers") {
                                                      {20, "gross_error_detection"},
                                                      {21, "error_model_monte_carlo"},
                                                      {23, "clearance"},
-                                                     {50, "corrected_codes"}};
+                                                     {50, "corrected_codes"},
+                                                     {52, "robustness_map"}};
   std::map<std::uint32_t, std::string> found;
   std::map<std::string, int> times;
   for (std::uint32_t n = 0; n < 65536; ++n)

@@ -25,7 +25,7 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "reference_field", "magnetic_elements", "interference", "modes", "outliers", "rms", "unstart", "worse",
           "gyro", "tool_codes", "validity", "by_source", "least", "relative_covariance", "relative_position",
           "probability", "sampling", "design_points", "importance",
-          "calibration", "family", "sensitivity", "prediction", "requirement", "shares", "tails", "laws", "benefit")
+          "calibration", "family", "sensitivity", "prediction", "requirement", "shares", "tails", "laws", "benefit", "breakdown")
 # What follows from interval, margin and verdict, which are kept; tests/compare/test_family.cpp judges it.
 DERIVED = {"p_differs", "p_agrees", "family", "wishart_family", "trials_to_decide"}
 # Long tables: the mean over realisations, and nothing that follows from it.

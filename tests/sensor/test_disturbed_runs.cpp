@@ -65,7 +65,8 @@ TEST_CASE("Readings of a disturbed run are those of the definition, draw by draw
   const DisturbedRunSetup setup = setup_of(s);
   const random::Stream stream(7, 65000);
   survey::ReadingBlock block = make_disturbed_block(16, setup);
-  draw_disturbed_runs(setup, stream, 32, block);
+  survey::LaneArray sizes(2, block.stations);
+  draw_disturbed_runs(setup, stream, 32, block, nullptr, &sizes);
   for (const int trial : {0, 5, 15}) {
     const auto number = static_cast<std::uint64_t>(32 + trial);
     const auto run = [&](std::uint32_t i) { return stream.normal(number, random::Channel::disturbed_run, i); };
@@ -88,6 +89,7 @@ TEST_CASE("Readings of a disturbed run are those of the definition, draw by draw
         m[axis] = (1 + .0016 * run(9 + a)) * b[axis] + 70 * run(6 + a) + (axis == 2 ? 220 * run(12) : 0) + 20 * noise;
         g[axis] = 9.80665 * (1 + .0005 * run(3 + a)) * u[axis] + .004 * run(a);
       }
+      CHECK_THAT(sizes.value(trial, k), WithinAbs(g.norm(), 1e-5));  // normals of single precision on both sides
       g.normalize();
       for (int axis = 0; axis < 3; ++axis) {
         CHECK_THAT(block.magnetic.value(trial, 3 * k + axis), WithinAbs(m[axis], 1e-8));
