@@ -1,6 +1,7 @@
 #include "corrected_codes/runs.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "base/units.h"
@@ -32,6 +33,11 @@ CorrectedRuns::CorrectedRuns(const analysis::CodeCase& which, const survey::Surv
   setup_.turned = which_.turned;
   for (int i = 0; i < 6; ++i) uncorrected_.fill(0, i, i < 3 ? 1 : 0);
   if (which_.correction.kind == analysis::Correction::Kind::none) return;
+  if (reads_gravity()) {
+    which_.correction.parameters = analysis::in_field(which_.correction.parameters, field);
+    plan_ = multistation::fit_plan(which_.correction.parameters);
+    return;
+  }
   std::vector<survey::Vec3<double>> expected;
   for (const survey::StationFields& f : comparison.stations.fields) expected.push_back(f.field_T);
   const bool whole_run = which_.correction.kind == analysis::Correction::Kind::run;
@@ -88,7 +94,38 @@ void CorrectedRuns::correct_stations(survey::ReadingBlock& readings, survey::Lan
   }
 }
 
-CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings) const {
+void CorrectedRuns::correct_parameters(survey::ReadingBlock& readings, const survey::LaneArray& gravity,
+                                       survey::LaneArray& converged) const {
+  const multistation::FitOptions& o = which_.correction.parameters;
+  multistation::SixAxisBlock both(readings.trials, readings.stations);
+  for (int g = 0; g < readings.groups(); ++g) {
+    for (int k = 0; k < readings.stations; ++k)
+      for (int row = 3 * k; row < 3 * k + 3; ++row) {
+        std::copy_n(readings.magnetic.row(g, row), simd::kGroup, both.magnetic.row(g, row));
+        for (int lane = 0; lane < simd::kGroup; ++lane)
+          both.gravity.row(g, row)[lane] = gravity.row(g, k)[lane] * readings.down.row(g, row)[lane];
+      }
+    std::fill_n(both.reference.row(g, 0), simd::kGroup, setup_.field.gravity);
+    for (int r = 0; r < 2; ++r) std::copy_n(readings.reference.row(g, r), simd::kGroup, both.reference.row(g, 1 + r));
+  }
+  multistation::FitBlock found(readings.trials, o);
+  multistation::fit_block(both, plan_, o.parameters, found);
+  multistation::correct_block(both, plan_, o.parameters, found);
+  for (int g = 0; g < readings.groups(); ++g) {
+    std::copy_n(found.converged.row(g, 0), simd::kGroup, converged.row(g, 0));
+    for (int k = 0; k < readings.stations; ++k)
+      for (int lane = 0; lane < simd::kGroup; ++lane) {
+        const auto down = [&](int axis) { return both.gravity.row(g, 3 * k + axis)[lane]; };
+        const double length = std::hypot(down(0), down(1), down(2));
+        for (int axis = 0; axis < 3; ++axis) {
+          readings.down.row(g, 3 * k + axis)[lane] = down(axis) / length;
+          readings.magnetic.row(g, 3 * k + axis)[lane] = both.magnetic.row(g, 3 * k + axis)[lane];
+        }
+      }
+  }
+}
+
+CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings, const survey::LaneArray& gravity) const {
   const int groups = readings.groups();
   CorrectedRun out{{{groups, 3}, {groups, 3}},
                    {{groups, stations()}, {groups, stations()}},
@@ -105,6 +142,7 @@ CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings) const {
   }
   if (which_.correction.kind == analysis::Correction::Kind::station)
     correct_stations(readings, out.converged, out.ambiguous);
+  if (reads_gravity()) correct_parameters(readings, gravity, out.converged);
   survey::corrected_tied_positions(readings, uncorrected_, tied_, out.position[1], out.lateral[1]);
   return out;
 }
@@ -112,8 +150,10 @@ CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings) const {
 CorrectedRun CorrectedRuns::run(const random::Stream& stream, std::uint64_t first, int count,
                                 const survey::LaneArray* made) const {
   survey::ReadingBlock readings = sensor::make_disturbed_block(count, setup_);
-  sensor::draw_disturbed_runs(setup_, stream, first, readings, made);
-  return correct(std::move(readings));
+  survey::LaneArray gravity;
+  if (reads_gravity()) gravity = survey::LaneArray(readings.groups(), stations());
+  sensor::draw_disturbed_runs(setup_, stream, first, readings, made, reads_gravity() ? &gravity : nullptr);
+  return correct(std::move(readings), gravity);
 }
 
 std::vector<CorrectedRuns::DrawnRow> CorrectedRuns::drawn_rows() const {
@@ -144,6 +184,7 @@ std::vector<std::string> CorrectedRuns::inputs() const {
 }
 
 orders::DifferenceChain CorrectedRuns::chain() const {
+  assert(!reads_gravity());
   const std::vector<DrawnRow> rows = drawn_rows();
   const auto values = [this, rows](const Eigen::MatrixXd& z) {
     constexpr Eigen::Index kBatch = 64;  // their readings stay in the cache
@@ -157,7 +198,7 @@ orders::DifferenceChain CorrectedRuns::chain() const {
         for (std::size_t r = 0; r < rows.size(); ++r)
           lanes.row(t / simd::kGroup, rows[r].row)[t % simd::kGroup] = z(static_cast<Eigen::Index>(r), from + t);
       sensor::disturbed_readings(setup_, lanes, readings);
-      const CorrectedRun run = correct(std::move(readings));
+      const CorrectedRun run = correct(std::move(readings), {});
       for (int t = 0; t < count; ++t)
         for (int a = 0; a < 3; ++a)
           out(a, from + t) = run.converged.value(t, 0) != 0 ? run.position[1].value(t, a) - position_[a] : kNaN;

@@ -34,13 +34,19 @@ class CorrectedRuns {
                    const survey::LaneArray* made = nullptr) const;
 
   /// The error of the last position after the correction as a function of the normals of a run: those of the errors
-  /// that are drawn. The tool is not turned. `this` must outlive it.
+  /// that are drawn. The tool is not turned. `this` must outlive it. Not of Kind::parameters: given normals leave |g|
+  /// out.
   orders::DifferenceChain chain() const;
   /// Names of these normals: analysis::kCodeInputNames.
   std::vector<std::string> inputs() const;
 
  private:
-  CorrectedRun correct(survey::ReadingBlock readings) const;
+  /// `gravity`: |g| of every station as it is read (m/s2), a row a station; only Kind::parameters looks at it.
+  CorrectedRun correct(survey::ReadingBlock readings, const survey::LaneArray& gravity) const;
+  bool reads_gravity() const { return which_.correction.kind == analysis::Correction::Kind::parameters; }
+  /// Corrects the readings of both triads.
+  void correct_parameters(survey::ReadingBlock& readings, const survey::LaneArray& gravity,
+                          survey::LaneArray& converged) const;
   /// Corrects readings station by station: what is left of each is an uncorrected reading.
   void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
                         survey::LaneArray& ambiguous) const;
@@ -53,6 +59,7 @@ class CorrectedRuns {
 
   analysis::CodeCase which_;
   std::unique_ptr<estimate::Estimator> estimator_;
+  multistation::FitPlan plan_;  ///< of Kind::parameters
   sensor::DisturbedRunSetup setup_;
   survey::TiedSurvey tied_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are

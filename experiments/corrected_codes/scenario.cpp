@@ -1,6 +1,8 @@
 #include "corrected_codes/scenario.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -12,6 +14,7 @@
 #include "corrected_codes/study.h"
 #include "scenario/disturbance.h"
 #include "scenario/error_models.h"
+#include "scenario/parameter_set.h"
 #include "scenario/reference_field.h"
 #include "scenario/reference_laws.h"
 #include "scenario/scenario.h"
@@ -65,6 +68,29 @@ propagate::CodeDraws read_assumed(config::ConfigReader& c, const Scenario& s, co
   return d;
 }
 
+/// `estimator.parameters`. What it does not name are the sizes of the code: priors of biases and scales, the reference
+/// of the run, and what is drawn at the stations, which no estimate can tell from noise.
+analysis::Correction read_parameters(config::ConfigReader& c, const propagate::CodeDraws& assumed, double noise,
+                                     const survey::ReferenceField& field, std::string& name) {
+  scenario::AssumedSizes sizes{.magnetometer = noise, .reference = {0, assumed.run.total, assumed.run.dip}};
+  for (std::size_t i = 0; i < survey::kSensorTerms; ++i)
+    if (assumed.sensors[i] > 0) sizes.prior_sd[i] = assumed.sensors[i];
+  double& axial = sizes.prior_sd[multistation::kMagnetometerBias + 2];
+  const double drawn = std::hypot(assumed.sensors[survey::kMagnetometerBias + 2], assumed.interference);
+  if (drawn > 0) axial = drawn;
+  analysis::Correction own;
+  own.kind = analysis::Correction::Kind::parameters;
+  own.parameters = scenario::read_parameter_set(c, sizes, field);
+  const double sine = std::sin(field.dip), cosine = std::cos(field.dip), total = assumed.station.total,
+               turned = field.total * assumed.station.dip;
+  own.parameters.sizes[1] = std::hypot(own.parameters.sizes[1], total * cosine, turned * sine);
+  own.parameters.sizes[2] = std::hypot(own.parameters.sizes[2], total * sine, turned * cosine);
+  name = own.parameters.parameters.name();
+  if (std::isdigit(static_cast<unsigned char>(name.front())) != 0) name += " parameters";
+  if (own.parameters.estimates_reference) name += " (joint)";
+  return own;
+}
+
 analysis::Correction read_correction(config::ConfigReader& c, const propagate::CodeDraws& assumed,
                                      const survey::ReferenceField& field, std::string& name) {
   const double noise =
@@ -77,7 +103,10 @@ analysis::Correction read_correction(config::ConfigReader& c, const propagate::C
   name = c.choice("correction.kind", names,
                   "'none'; 'msa': six parameters, unweighted; 'msa3': three biases; 'joint': six and the reference; "
                   "'joint_priors': with priors; 'axial': every station for itself; 'estimator': as [estimator] says");
+  c.require(name == "estimator" || !c.has("estimator.parameters"), "estimator.parameters",
+            "needs correction.kind = \"estimator\"");
   if (name != "estimator") return analysis::correction(name, assumed, noise);
+  if (scenario::wants_parameter_set(c)) return read_parameters(c, assumed, noise, field, name);
   analysis::Correction own;
   own.kind = analysis::Correction::Kind::run;
   own.estimator =
@@ -253,6 +282,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     assumed.station = s.which.draws.station;
   }
   s.which.correction = read_correction(c, assumed, s.field, s.correction);
+  c.require(s.which.correction.kind != analysis::Correction::Kind::parameters || s.latitude_deg.empty(),
+            "estimator.parameters", "has no maps over places: residuals are weighed by the sizes in one field");
   read_well(c, s);
   read_laws(c, s);
   if (!s.latitude_deg.empty()) {
@@ -289,6 +320,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
   c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
             "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");
+  c.require(!s.orders.any() || s.which.correction.kind != analysis::Correction::Kind::parameters, "prediction.orders",
+            "beyond \"first\" are of six gains and biases: not together with estimator.parameters");
   c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
             "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");

@@ -10,7 +10,9 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "multistation/model.h"
 #include "propagate/station_effects.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::analysis {
 
@@ -21,11 +23,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-using Matrix6r = Eigen::Matrix<double, 6, static_cast<int>(kRunInputs)>;
+constexpr int kGainsAndBiases = 6;  // parameters of one kind of estimate; the other has all of the table
+
+/// `N`: how many parameters.
+template <int N>
+using MatrixNr = Eigen::Matrix<double, N, static_cast<int>(kRunInputs)>;
+template <int N>
+using VectorN = Eigen::Matrix<double, N, 1>;
+template <int N>
+using MatrixN = Eigen::Matrix<double, N, N>;
 using Matrix3r = Eigen::Matrix<double, 3, static_cast<int>(kRunInputs)>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
-using Matrix62d = Eigen::Matrix<double, 6, 2>;
-using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
 constexpr std::array<bool, 6> kBiases{false, false, false, true, true, true},
     kAxialBias{false, false, false, false, false, true};
@@ -49,16 +57,19 @@ Matrix36d down_by_accelerometers(const Vector3d& u, double gravity) {
   return d;
 }
 
-/// Response of an estimate, or of none, to the inputs of size 1.
+/// Response of an estimate less the truth to the inputs of size 1.
+template <int N>
 struct Response {
-  Matrix6r run = Matrix6r::Zero();
-  std::vector<Matrix62d> station;  ///< total field and dip of the true field; empty: no response
-  std::vector<Matrix63d> noise;    ///< of a reading, axes x, y, z; empty: no response
+  MatrixNr<N> run = MatrixNr<N>::Zero();
+  std::vector<Eigen::Matrix<double, N, 2>> station;  ///< total field and dip of the true field; empty: no response
+  std::vector<Eigen::Matrix<double, N, 3>> noise;    ///< of a reading, axes x, y, z; empty: no response
 };
+using SixResponse = Response<kGainsAndBiases>;
+using SetResponse = Response<multistation::kParameters>;
 
 /// Readings taken as they are: an estimate of gains 1 and biases 0, which misses the whole error.
-Response no_response() {
-  Response r;
+SixResponse no_response() {
+  SixResponse r;
   for (int axis = 0; axis < 3; ++axis) {
     r.run(axis, survey::kMagnetometerScale + axis) = -1;
     r.run(3 + axis, survey::kMagnetometerBias + axis) = -1;
@@ -67,8 +78,9 @@ Response no_response() {
   return r;
 }
 
-Response response_of(const estimate::Sensitivity& s, const std::vector<survey::StationFields>& fields, double gravity) {
-  Response r;
+SixResponse response_of(const estimate::Sensitivity& s, const std::vector<survey::StationFields>& fields,
+                        double gravity) {
+  SixResponse r;
   for (int axis = 0; axis < 3; ++axis) {
     r.run.col(survey::kMagnetometerScale + axis) = s.by_truth.col(axis).head<6>();
     r.run.col(survey::kMagnetometerBias + axis) = s.by_truth.col(3 + axis).head<6>();
@@ -77,7 +89,7 @@ Response response_of(const estimate::Sensitivity& s, const std::vector<survey::S
   r.station.reserve(fields.size());
   r.noise.reserve(fields.size());
   for (std::size_t k = 0; k < fields.size(); ++k) {
-    const Matrix63d by_down = s.by_down[k].topRows<6>();
+    const Eigen::Matrix<double, 6, 3> by_down = s.by_down[k].topRows<6>();
     r.run.leftCols<6>().noalias() +=
         by_down.lazyProduct(down_by_accelerometers(survey::to_eigen(fields[k].down_T), gravity));
     // A reference that is too small is a field that is too large.
@@ -89,13 +101,14 @@ Response response_of(const estimate::Sensitivity& s, const std::vector<survey::S
 }
 
 /// How the tangent of a station follows the estimate less the truth, and directly the inputs of the run.
+template <int N>
 struct StationTangent {
-  Matrix36d by_estimate;
+  Eigen::Matrix<double, 3, N> by_estimate;
   Matrix3r direct = Matrix3r::Zero();
 };
 
-StationTangent station_tangent(const MeasuredStations& s, std::size_t k) {
-  StationTangent t;
+StationTangent<kGainsAndBiases> station_tangent(const MeasuredStations& s, std::size_t k) {
+  StationTangent<kGainsAndBiases> t;
   t.by_estimate.leftCols<3>() = -s.by_field[k] * survey::to_eigen(s.fields[k].field_T).asDiagonal();
   t.by_estimate.rightCols<3>() = -s.by_field[k];
   t.direct.leftCols<6>() =
@@ -114,9 +127,76 @@ void add_square(const Eigen::Matrix<double, 3, Columns>& effect, Matrix3d& sum) 
   sum += effect.lazyProduct(effect.transpose());
 }
 
+/// Readings of a perfect tool in the field that is its reference.
+std::vector<multistation::StationReadings> perfect_readings(const MeasuredStations& s) {
+  const multistation::Reference reference =
+      multistation::reference_of(multistation::ResidualKind::survey, s.field.gravity, s.field.total, s.field.dip);
+  std::vector<multistation::StationReadings> out;
+  for (const survey::StationFields& f : s.fields)
+    out.push_back({survey::scale(s.field.gravity, f.down_T), f.field_T, reference});
+  return out;
+}
+
+/// The same of all parameters of the table: an error of the accelerometers that is not estimated is missed by an
+/// estimate of 0, and nothing but the declination acts directly.
+std::vector<StationTangent<multistation::kParameters>> set_tangents(
+    const MeasuredStations& s, const std::vector<multistation::StationReadings>& readings,
+    const multistation::FitOptions& o) {
+  std::vector<StationTangent<multistation::kParameters>> out;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const multistation::StationModel m = multistation::station_model(readings[k], {}, o.residuals, o.sizes);
+    const Vector3d u = survey::to_eigen(s.fields[k].down_T);
+    const Matrix3d by_gravity = s.by_down[k] * (Matrix3d::Identity() - u * u.transpose()) / s.field.gravity;
+    StationTangent<multistation::kParameters> t;
+    t.by_estimate = by_gravity * m.gravity_by_parameter + s.by_field[k] * m.field_by_parameter;
+    t.direct.col(static_cast<int>(kDeclination)) = s.by_declination[k];
+    out.push_back(t);
+  }
+  return out;
+}
+
+/// A row a parameter of the table: of those that are not estimated 0, less the truth.
+SetResponse set_response(const multistation::FitSensitivity& f, const multistation::ParameterSet& set) {
+  const auto in_table = [&](const auto& of_set, auto&& out) {
+    out.setZero();
+    for (int i = 0; i < set.size(); ++i) out.row(set.index(i)) = of_set.row(i);
+  };
+  SetResponse r;
+  MatrixN<multistation::kParameters> by_truth;
+  in_table(f.by_truth, by_truth);
+  for (int i = 0; i < multistation::kParameters; ++i)
+    if (!set.contains(i)) by_truth(i, i) = -1;
+  r.run.leftCols<static_cast<int>(survey::kSensorTerms)>() =
+      by_truth.leftCols<static_cast<int>(survey::kSensorTerms)>();
+  r.run.col(static_cast<int>(kInterference)) = by_truth.col(multistation::kMagnetometerBias + 2);
+  for (std::size_t k = 0; k < f.by_reference.size(); ++k) {
+    // A reference that is too small is a field that is too large.
+    r.station.emplace_back();
+    in_table((-f.by_reference[k].rightCols<2>()).eval(), r.station.back());
+    r.noise.emplace_back();
+    in_table(f.by_magnetic[k], r.noise.back());
+    r.run.middleCols<2>(static_cast<int>(kTotalField)) += r.station.back();
+  }
+  return r;
+}
+
+/// Of the normal matrix with a unit diagonal.
+double scaled_condition(const Eigen::MatrixXd& posterior) {
+  const Eigen::VectorXd per_sd = posterior.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd normal = stats::symmetric_inverse(per_sd.asDiagonal() * posterior * per_sd.asDiagonal());
+  const Eigen::VectorXd per_length = normal.diagonal().cwiseSqrt().cwiseInverse(),
+                        eigenvalues =
+                            stats::symmetric_eigenvalues(per_length.asDiagonal() * normal * per_length.asDiagonal());
+  return eigenvalues[eigenvalues.size() - 1] / eigenvalues[0];
+}
+
 /// With one estimate for all stations (`shared`), or with one of each station for itself.
+template <int N>
 CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
-                       const std::vector<Response>& responses, const StationCorrelation& correlation) {
+                       const std::vector<StationTangent<N>>& tangents, const std::vector<Response<N>>& responses,
+                       const StationCorrelation& correlation) {
+  using Matrix3N = Eigen::Matrix<double, 3, N>;
+  using MatrixN3 = Eigen::Matrix<double, N, 3>;
   const bool shared = responses.size() == 1;
   const std::array<double, kRunInputs> sizes = run_sizes(draws, s.field);
   const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kRunInputs), 1>> size(sizes.data());
@@ -124,22 +204,17 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
   const Vector2d station_size(draws.station.total, draws.station.dip);
   const std::size_t n = s.fields.size();
 
-  std::vector<StationTangent> tangents;
-  tangents.reserve(n);
-  Matrix36d through_estimate = Matrix36d::Zero();  // sum_k L_k Y_k
-  for (std::size_t k = 0; k < n; ++k) {
-    tangents.push_back(station_tangent(s, k));
-    through_estimate += s.lever[k] * tangents.back().by_estimate;
-  }
+  Matrix3N through_estimate = Matrix3N::Zero();  // sum_k L_k Y_k
+  for (std::size_t k = 0; k < n; ++k) through_estimate += s.lever[k] * tangents[k].by_estimate;
   // Of one input a column at a station: its response, and what it does to the last position.
-  const auto station_response = [&](std::size_t k, int column) -> Eigen::Matrix<double, 6, 1> {
-    const Response& r = responses[shared ? 0 : k];
-    if (r.station.empty()) return Eigen::Matrix<double, 6, 1>::Zero();
+  const auto station_response = [&](std::size_t k, int column) -> VectorN<N> {
+    const Response<N>& r = responses[shared ? 0 : k];
+    if (r.station.empty()) return VectorN<N>::Zero();
     return r.station[shared ? k : 0].col(column) * station_size[column];
   };
-  const auto noise_response = [&](std::size_t k) -> Matrix63d {
-    const Response& r = responses[shared ? 0 : k];
-    if (r.noise.empty()) return Matrix63d::Zero();
+  const auto noise_response = [&](std::size_t k) -> MatrixN3 {
+    const Response<N>& r = responses[shared ? 0 : k];
+    if (r.noise.empty()) return MatrixN3::Zero();
     return r.noise[shared ? k : 0] * noise;
   };
 
@@ -149,19 +224,19 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
   out.station_reference.resize(n);
   Matrix3r run_position = Matrix3r::Zero();
   // Squares of the responses of all stations: what the inputs of the others do to one station.
-  std::array<estimate::Matrix6d, 3> others;
+  std::array<MatrixN<N>, 3> others;
   for (auto& o : others) o.setZero();
   for (std::size_t k = 0; k < n; ++k) {
-    const StationTangent& t = tangents[k];
+    const StationTangent<N>& t = tangents[k];
     const Matrix3r effect = (t.direct + t.by_estimate.lazyProduct(responses[shared ? 0 : k].run)) * size.asDiagonal();
     run_position += s.lever[k] * effect;
     const Eigen::Matrix<double, 1, static_cast<int>(kRunInputs)> lateral = s.right[k] * effect;
     for (std::size_t i = 0; i < kRunInputs; ++i)
       out.azimuth[k][i] = lateral[static_cast<Eigen::Index>(i)] * lateral[static_cast<Eigen::Index>(i)];
 
-    const Matrix36d on_position = shared ? through_estimate : Matrix36d(s.lever[k] * t.by_estimate);
+    const Matrix3N on_position = shared ? through_estimate : Matrix3N(s.lever[k] * t.by_estimate);
     for (int c = 0; c < 2; ++c) {
-      const Eigen::Matrix<double, 6, 1> response = station_response(k, c);
+      const VectorN<N> response = station_response(k, c);
       out.station_reference[k][2 - static_cast<std::size_t>(c)] = on_position * response;
       add_square<1>(on_position * response, out.position[kStationTotalField + static_cast<std::size_t>(c)]);
       if (shared) others[static_cast<std::size_t>(c)] += response * response.transpose();
@@ -172,7 +247,7 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     out.azimuth[k][kStationDeclination] = sum_of_squares<1>(s.right[k], turned);
     out.azimuth[k][kMagnetometerNoise] = 0;
     if (noise > 0) {
-      const Matrix63d response = noise_response(k);
+      const MatrixN3 response = noise_response(k);
       add_square<3>(s.lever[k] * noise * s.by_field[k] + on_position * response, out.position[kMagnetometerNoise]);
       if (shared) others[2] += response.lazyProduct(response.transpose());
     }
@@ -182,7 +257,7 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
   for (std::size_t i = 0; i < kRunInputs; ++i)
     add_square<1>(run_position.col(static_cast<Eigen::Index>(i)), out.position[i]);
   for (std::size_t k = 0; k < n; ++k) {
-    const Eigen::Matrix<double, 1, 6> y = s.right[k] * tangents[k].by_estimate;
+    const Eigen::Matrix<double, 1, N> y = s.right[k] * tangents[k].by_estimate;
     for (int c = 0; c < 2; ++c) {
       const auto i = static_cast<std::size_t>(c);
       const double own = y * station_response(k, c);
@@ -201,12 +276,11 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
   const auto on_position = [&](int input, std::size_t k) -> Vector3d {
     // A field that is turned to the east makes the azimuth too small.
     if (input == 2) return -s.lever[k] * station_declination * s.by_declination[k];
-    const Matrix36d by = shared ? through_estimate : Matrix36d(s.lever[k] * tangents[k].by_estimate);
+    const Matrix3N by = shared ? through_estimate : Matrix3N(s.lever[k] * tangents[k].by_estimate);
     return by * station_response(k, input);
   };
-  using Vector6d = Eigen::Matrix<double, 6, 1>;
   std::array<std::vector<Vector3d>, 3> effects;
-  std::array<std::vector<Vector6d>, 2> response;
+  std::array<std::vector<VectorN<N>>, 2> response;
   for (int a = 0; a < 3; ++a)
     for (std::size_t k = 0; k < n; ++k) {
       effects[static_cast<std::size_t>(a)].push_back(on_position(a, k));
@@ -216,11 +290,11 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     for (int b = 0; b < 3; ++b) {
       const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
       Matrix3d position = Matrix3d::Zero();
-      estimate::Matrix6d estimate = estimate::Matrix6d::Zero();  // of a shared one
-      std::vector<Vector6d> seen(n, Vector6d::Zero());           // a: of the estimate with the declination of station k
+      MatrixN<N> estimate = MatrixN<N>::Zero();             // of a shared one
+      std::vector<VectorN<N>> seen(n, VectorN<N>::Zero());  // a: of the estimate with the declination of station k
       for (std::size_t k = 0; k < n; ++k) {
         Vector3d of_a = Vector3d::Zero();
-        Vector6d on_estimate = Vector6d::Zero();
+        VectorN<N> on_estimate = VectorN<N>::Zero();
         for (std::size_t j = 0; j < n; ++j) {
           const double r = correlation(a, j, b, k);
           const double with_others = a == b && j == k ? r - 1 : r;
@@ -236,7 +310,7 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
       out.position[kStationTotalField + ia] += half;
       out.position[kStationTotalField + ib] += half;
       for (std::size_t k = 0; k < n; ++k) {
-        const Eigen::Matrix<double, 1, 6> y = s.right[k] * tangents[k].by_estimate;
+        const Eigen::Matrix<double, 1, N> y = s.right[k] * tangents[k].by_estimate;
         double common = 0;
         if (a < 2 && b < 2)
           common = shared   ? double(y * estimate * y.transpose())
@@ -262,12 +336,30 @@ CorrectedErrors undetermined(double condition) {
 }
 
 /// Without value where the unknowns are not determined; `condition` grows to that of the fit.
-std::optional<Response> find_response(const estimate::EstimatorOptions& o, const estimate::NominalTruth& truth,
-                                      double& condition) {
+std::optional<SixResponse> find_response(const estimate::EstimatorOptions& o, const estimate::NominalTruth& truth,
+                                         double& condition) {
   const std::optional<estimate::Sensitivity> s = estimate::find_sensitivity(o, truth);
   condition = std::max(condition, s ? s->scaled_condition : kInfinity);
   if (!(condition <= kUndetermined)) return {};
   return response_of(*s, truth.stations, truth.field.gravity);
+}
+
+CorrectedErrors corrected_by_set(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
+                                 const multistation::FitOptions& options, const StationCorrelation& correlation) {
+  const multistation::FitOptions o = in_field(options, s.field);
+  const std::vector<multistation::StationReadings> readings = perfect_readings(s);
+  std::optional<multistation::FitSensitivity> sensitive;
+  try {
+    sensitive = multistation::fit_sensitivity(readings, {}, o);
+  } catch (const InputError&) {
+    return undetermined(kInfinity);
+  }
+  const double condition = scaled_condition(sensitive->posterior);
+  if (!(condition <= kUndetermined)) return undetermined(condition);
+  CorrectedErrors out = sum_up<multistation::kParameters>(s, draws, noise, set_tangents(s, readings, o),
+                                                          {set_response(*sensitive, o.parameters)}, correlation);
+  out.condition = condition;
+  return out;
 }
 
 /// L^-1 actual L^-T, claimed = L L'; NaN where there is no L.
@@ -280,6 +372,12 @@ Matrix2d whitened(const Matrix2d& actual, const Matrix2d& claimed, Matrix2d& inv
 }
 
 }  // namespace
+
+multistation::FitOptions in_field(multistation::FitOptions options, const survey::ReferenceField& field) {
+  options.total = field.total;
+  options.dip = field.dip;
+  return options;
+}
 
 const std::vector<std::string>& correction_names() {
   static const std::vector<std::string> names{"none", "msa", "msa3", "joint", "joint_priors", "axial"};
@@ -349,7 +447,7 @@ MeasuredStations measured_stations(const survey::Survey& survey, const survey::R
 CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
                                  const Correction& c, const StationCorrelation& correlation) {
   double condition = 1;
-  std::vector<Response> responses;
+  std::vector<SixResponse> responses;
   estimate::NominalTruth truth{{}, {1, 1, 1}, {0, 0, 0}, s.field};
   switch (c.kind) {
     case Correction::Kind::none:
@@ -357,21 +455,26 @@ CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::Cod
       break;
     case Correction::Kind::run: {
       truth.stations = s.fields;
-      std::optional<Response> r = find_response(c.estimator, truth, condition);
+      std::optional<SixResponse> r = find_response(c.estimator, truth, condition);
       if (!r) return undetermined(condition);
       responses.push_back(std::move(*r));
       break;
     }
+    case Correction::Kind::parameters:
+      return corrected_by_set(s, draws, noise, c.parameters, correlation);
     case Correction::Kind::station:
       for (const survey::StationFields& f : s.fields) {
         truth.stations = {f};
-        std::optional<Response> r = find_response(axial_estimator(), truth, condition);
+        std::optional<SixResponse> r = find_response(axial_estimator(), truth, condition);
         if (!r) return undetermined(condition);
         responses.push_back(std::move(*r));
       }
       break;
   }
-  CorrectedErrors out = sum_up(s, draws, noise, responses, correlation);
+  std::vector<StationTangent<kGainsAndBiases>> tangents;
+  tangents.reserve(s.fields.size());
+  for (std::size_t k = 0; k < s.fields.size(); ++k) tangents.push_back(station_tangent(s, k));
+  CorrectedErrors out = sum_up(s, draws, noise, tangents, responses, correlation);
   out.condition = condition;
   return out;
 }

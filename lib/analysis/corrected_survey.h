@@ -9,6 +9,8 @@
 /// A change of the field's total and dip turns no hole directly, an error of declination no estimate. The position is
 ///   dr = sum_k L_k dt_k,   L_k = (D_k + D_k+1) / 2, D_k = md_k - md_k-1,
 /// the balanced tangential sum of ISCWSA: the first leg counts twice if the code says so, the last station has D_k / 2.
+/// An estimate of other parameters than six gains and biases has as x all parameters of the table, those that are not
+/// estimated as 0; errors of the accelerometers then act through x alone.
 /// Inputs of the run are added over the stations before they are squared. One of station j acts by L_j D_j directly and
 /// by (sum_k L_k Y_k) dx/dd through the estimate, so that time is linear in stations times inputs.
 #include <array>
@@ -20,6 +22,7 @@
 
 #include "estimate/estimator.h"
 #include "estimate/sensitivity.h"
+#include "multistation/fit.h"
 #include "propagate/code_draws.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
@@ -51,13 +54,18 @@ inline constexpr std::array<const char*, kCodeInputs> kCodeInputNames{
 /// How the readings are corrected.
 struct Correction {
   enum class Kind {
-    none,     ///< taken as they are
-    run,      ///< by one estimate of the whole run
-    station,  ///< every station for itself: the bias of z that brings (Bh, Bv) nearest to the reference (axial)
+    none,        ///< taken as they are
+    run,         ///< by one estimate of the whole run: gains and biases of the magnetometers
+    parameters,  ///< by one estimate of the whole run of any parameters of both triads (multistation/parameters.h)
+    station,     ///< every station for itself: the bias of z that brings (Bh, Bv) nearest to the reference (axial)
   };
   Kind kind = Kind::none;
   estimate::EstimatorOptions estimator = {};  ///< of Kind::run
+  multistation::FitOptions parameters = {};   ///< of Kind::parameters
 };
+
+/// The options with the field about which errors of the reference are linear.
+multistation::FitOptions in_field(multistation::FitOptions options, const survey::ReferenceField& field);
 
 /// Names of the corrections of a survey that need no more than the sizes of its errors: none, axial, msa (six
 /// parameters), msa3 (three biases), joint (msa_joint without priors of gains and biases), joint_priors.

@@ -58,7 +58,7 @@ multistation::FitOptions read_parameter_set(config::ConfigReader& c, const Assum
   });
   const std::string name = c.choice("estimator.name", {"msa", "msa_joint"}, config::kMeaningElsewhere);
   o.estimates_reference = name == "msa_joint";
-  o.prior_sd = read_priors(c, o.prior_sd);
+  o.prior_sd = read_priors(c, truth.prior_sd);
   const double accelerometer = c.number("estimator.accelerometer_mps2", config::Range::closed(0, 1),
                                         config::kMeaningElsewhere, truth.accelerometer),
                magnetometer = c.number("estimator.magnetometer_nT", config::Range::closed(0, 1e5),

@@ -13,6 +13,7 @@ namespace surveymc::scenario {
 struct AssumedSizes {
   double accelerometer = 0, magnetometer = 0;  ///< m/s2, nT
   multistation::ReferenceErrors reference;
+  multistation::PerParameter<double> prior_sd = multistation::default_priors();
 };
 
 /// Whether `estimator.parameters` asks for other parameters than the six gains and biases: not without the key, and not

@@ -229,6 +229,37 @@ TEST_CASE("A correction that the stations do not determine has no covariance") {
   CHECK_THROWS_AS(correction("msa4", c.draws), InputError);
 }
 
+TEST_CASE("Six parameters of the table, without priors and of equal weight, are those of msa") {
+  const Case c("MWD+IFR1", "MWD+IFR1+AX", "MWD+IFR1+MS");
+  for (const Well& w : published_wells()) {
+    CAPTURE(w.name);
+    const MeasuredStations stations = measured_stations(w.survey, w.field, true);
+    Correction six{.kind = Correction::Kind::parameters};
+    six.parameters.prior_sd.fill(kInfinity);
+    const CorrectedErrors by_table = corrected_errors(stations, c.draws, 20, six),
+                          by_msa = corrected_errors(stations, c.draws, 20, correction("msa", c.draws));
+    REQUIRE(by_table.determined == by_msa.determined);
+    if (!by_msa.determined) continue;
+    for (std::size_t i = 0; i < kCodeInputs; ++i) {
+      CAPTURE(kCodeInputNames[i]);
+      CHECK((by_table.position[i] - by_msa.position[i]).norm() < 1e-5 * by_msa.position[i].norm() + 1e-9);
+      CHECK_THAT(by_table.azimuth.back()[i], WithinRel(by_msa.azimuth.back()[i], 1e-5) || WithinAbs(0, 1e-14));
+    }
+  }
+}
+
+TEST_CASE("Priors so narrow that nothing is estimated leave the uncorrected survey") {
+  const Case c("MWD+IFR1", "MWD+IFR1+AX", "MWD+IFR1+MS");
+  const Well w = published_wells().front();
+  const MeasuredStations stations = measured_stations(w.survey, w.field, true);
+  Correction all{.kind = Correction::Kind::parameters};
+  all.parameters.parameters = multistation::ParameterSet::named("21");
+  for (double& sd : all.parameters.prior_sd) sd *= 1e-6;
+  const Eigen::Matrix3d left = corrected_errors(stations, c.draws, 20, all).covariance(),
+                        raw = corrected_errors(stations, c.draws, 20, {}).covariance();
+  CHECK(left.isApprox(raw, 1e-6));
+}
+
 TEST_CASE("The worst direction is where the ratio of the standard deviations is largest") {
   Eigen::Matrix2d actual, claimed;
   actual << 4, 1, 1, 2;

@@ -50,6 +50,16 @@ class CorrectedCodes(unittest.TestCase):
         self.check_classes("--set", 'sweep.design = { kind = "latin_hypercube", points = 60, seed = 11 }', "--set",
                            'compare.quantities = ["lateral", "azimuth"]', at_least=25)
 
+    def test_parameter_sets_refused(self):
+        for setting, message in (('prediction.orders = ["second"]', "six gains and biases"),
+                                 ("estimator.accelerometer_mps2 = 0.0", "must be > 0"),
+                                 ('correction.kind = "msa"', "needs correction.kind"),
+                                 ('estimator.estimated = ["bias_z"]', "unknown key")):
+            with self.subTest(setting=setting):
+                code, said, _ = run(SOURCE / "configs/smoke/corrected_codes_parameters.toml", "--set", setting)
+                self.assertEqual(code, 65, said)
+                self.assertIn(message, said)
+
     def test_refused(self):
         for key, value, message in (("code.base", "MWD+IFR1+AX", "ABIXY-TI1S"), ("code.base", "GYRO-NS", "GYRO-NS"),
                                     ("code.claimed", "GYRO-NS", "no term of a magnetic tool code"),

@@ -45,6 +45,15 @@ LOOKS = {"none": ("#777777", (0, (4, 2))), "msa": ("#D55E00", "-"), "msa3": ("#0
          "joint_priors": ("#009E73", "-"), "axial": ("#CC79A7", "-"), "estimator": ("#000000", "-")}
 CORRECTIONS = {"none": "uncorrected", "msa": "MSA, six parameters", "msa3": "MSA, three biases", "joint": "joint",
                "joint_priors": "joint with priors", "axial": "axial", "estimator": "own estimator"}
+
+def looks_of(corrections):
+    """{correction: (colour, line, words)} in a fixed order; sets of parameters have names of their own, and come last."""
+    looks = {k: (*LOOKS[k], CORRECTIONS[k]) for k in LOOKS if k in corrections}
+    lines = ("-", "--", "-.", ":")
+    others = [k for k in dict.fromkeys(corrections) if k not in LOOKS]
+    return looks | {k: ("#000000", lines[i % len(lines)], k) for i, k in enumerate(others)}
+
+
 # What is drawn, in groups that a reader can tell apart.
 BUDGET = (("interference", "#D55E00", ("interference",)),
           ("reference dip", "#0072B2", ("dip",)),
@@ -209,11 +218,12 @@ def along_figure(title, claimed, claims, keys):
     wells = wells_of(claims.where(lambda i: claims["scope"][i] == "magnetic"), keys)
     figure, axes = drawing.panels(len(wells), (3.7, 2.5), columns=min(len(wells), 4), sharey=True)
     seen, used, is_drawn = [1.0], [], False
+    looks = looks_of(list(claims["correction"]))
     for ax, (name, rows) in zip(axes, wells):
         ax.axhspan(0.01, 1.05, color="#009E73", alpha=0.12, linewidth=0, zorder=0)
         ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
         for kind in dict.fromkeys(rows["correction"]):
-            colour, line = LOOKS[kind]
+            colour, line, _ = looks[kind]
             of = rows.where(lambda i: rows["correction"][i] == kind)
             stations, end = (of.where(lambda i: of["quantity"][i] == q) for q in ("azimuth", "lateral"))
             shown = False
@@ -239,14 +249,15 @@ def along_figure(title, claimed, claims, keys):
     trials = f"; bands: of the trials, {100 * claims.confidence:g} % intervals" if is_drawn else ""
     drawing.heading(figure, title, f"sd that is left over the sd that {claimed} claims. Curves: azimuth of every station; dots: last position "
                                    f"to the side; first order{trials}. Green: the claim holds.")
-    drawing.legend_below(figure, [Line2D([], [], color=LOOKS[k][0], linestyle=LOOKS[k][1], label=CORRECTIONS[k]) for k in LOOKS if k in used])
+    drawing.legend_below(figure, [Line2D([], [], color=colour, linestyle=line, label=words) for k, (colour, line, words) in looks.items() if k in used])
     return figure
 
 
 def budget_figure(title, claimed, budget, keys):
     lateral = budget.where(lambda i: budget["quantity"][i] == "lateral")
     wells = wells_of(lateral, keys)
-    kinds = [k for k in LOOKS if k in set(lateral["correction"])]
+    looks = looks_of(list(lateral["correction"]))
+    kinds = list(looks)
     columns = min(len(wells), 4)
     figure, axes = drawing.panels(len(wells), (3.3 if columns > 1 else 6.6, max(2.0, 0.26 * len(kinds) + 0.95)), columns=columns, sharex=True, sharey=True)
     used = set()
@@ -263,7 +274,7 @@ def budget_figure(title, claimed, budget, keys):
                 left += part
                 used |= {group} if part > 0 else set()
         ax.set_title(name)
-        ax.set_yticks(range(len(kinds)), [CORRECTIONS[k] for k in kinds])
+        ax.set_yticks(range(len(kinds)), [looks[k][2] for k in kinds])
         ax.set_ylim(len(kinds) - 0.5, -0.5)
         ax.set_xlim(0, 1)
         ax.grid(False, axis="y")
