@@ -1,7 +1,10 @@
 #include "scenario/reference_laws.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <deque>
+#include <mutex>
 
 #include <fmt/format.h>
 
@@ -45,6 +48,32 @@ random::LawOf read_law(config::ConfigReader& c, const std::string& key) {
   return law;
 }
 
+/// A law and what a reader says of it.
+struct KnownLaw {
+  std::shared_ptr<const random::MixingLaw> law;
+  std::array<double, 3> sd;       ///< of a size by each of random::SizeMeaning
+  std::array<double, 3> outside;  ///< beyond 2, 3, 3.5 sd
+};
+
+/// Every point of a sweep reads its laws, which are mostly those of the point before, and a law's table of quantiles
+/// takes milliseconds: the last ones are kept.
+KnownLaw known_law(const random::LawOf& of) {
+  constexpr std::size_t kMost = 64;
+  static std::mutex mutex;
+  static std::deque<KnownLaw> known;
+  const std::lock_guard lock(mutex);
+  for (const KnownLaw& k : known)
+    if (k.law->law() == of) return k;
+  const auto law = std::make_shared<const random::MixingLaw>(of);
+  using random::SizeMeaning;
+  const auto sd = [&](SizeMeaning size) { return random::sd_of_size(*law, size); };
+  known.push_back({law,
+                   {sd(SizeMeaning::sd), sd(SizeMeaning::ci68), sd(SizeMeaning::ci95)},
+                   {law->outside(2), law->outside(3), law->outside(3.5)}});
+  if (known.size() > kMost) known.pop_front();
+  return known.back();
+}
+
 std::string numbers_of(const random::LawOf& law) {
   switch (law.kind) {
     case LawKind::student:
@@ -82,15 +111,15 @@ random::ReferenceLaws read_reference_laws(config::ConfigReader& c, const Referen
     const auto meaning = static_cast<random::SizeMeaning>(
         std::find(random::kSizeNames.begin(), random::kSizeNames.end(), size) - random::kSizeNames.begin());
     if (of.kind == LawKind::normal) continue;
-    const auto law = std::make_shared<const random::MixingLaw>(of);
+    const auto [law, sd, outside] = known_law(of);
     auto& element = laws.elements[e];
-    element = {law, random::sd_of_size(*law, meaning), size};
+    element = {law, sd[static_cast<std::size_t>(meaning)], size};
     given.push_back(e);
-    c.note(fmt::format(
-        "{}: {}{}: sd {:.4g} of the tabulated size, which is {}; excess kurtosis {:.3g}; beyond 2, 3, "
-        "3.5 sd {:.3g}, {:.3g}, {:.3g} %",
-        random::kReferenceElements[e], random::kLawNames[static_cast<std::size_t>(of.kind)], numbers_of(of), element.sd,
-        size, law->excess_kurtosis(), 100 * law->outside(2), 100 * law->outside(3), 100 * law->outside(3.5)));
+    c.note(
+        fmt::format("{}: {}{}: sd {:.4g} of the tabulated size, which is {}; excess kurtosis {:.3g}; beyond 2, 3, "
+                    "3.5 sd {:.3g}, {:.3g}, {:.3g} %",
+                    random::kReferenceElements[e], random::kLawNames[static_cast<std::size_t>(of.kind)], numbers_of(of),
+                    element.sd, size, law->excess_kurtosis(), 100 * outside[0], 100 * outside[1], 100 * outside[2]));
   }
   if (given.empty()) return laws;
   if (draws.modes && c.has("reference_law.modes")) {
