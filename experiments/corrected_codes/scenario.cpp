@@ -219,7 +219,7 @@ void read_disturbance(config::ConfigReader& c, Scenario& s) {
     for (std::size_t i = 0; i < sizes.size() && !d.keeps_normals(); ++i)
       c.require(sizes[i] == 0 || s.disturbed->sizes()[kElements[i]] > 0, "disturbance.match",
                 fmt::format("the disturbance does not change the {}, which is drawn at every station",
-                            random::kReferenceElements[kElements[i]]));
+                            random::reference_elements()[kElements[i]]));
     station = {d.scale * station.total, d.scale * station.dip, d.scale * station.declination, d.scale * station.east};
   } else {
     const auto& sizes = s.disturbed->sizes();

@@ -57,7 +57,7 @@ void read_disturbance(config::ConfigReader& c, Scenario& s) {
     if (!d.match_variance) *sizes[i] = own;
     c.require(d.keeps_normals() || *sizes[i] == 0 || own > 0, "disturbance.match",
               fmt::format("the disturbance does not change the {}, which noise.reference has",
-                          random::kReferenceElements[kElements[i]]));
+                          random::reference_elements()[kElements[i]]));
     *sizes[i] *= d.scale;
   }
 }

@@ -128,7 +128,7 @@ store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<ran
   const auto write = [&](const std::string& name, const random::ReferenceLaws::Element& element,
                          const random::MixingLaw& law, std::optional<std::size_t> number) {
     t.word("element", "declination, dip or total field", name);
-    t.word("law", "its law", random::kLawNames[static_cast<std::size_t>(law.law().kind)]);
+    t.word("law", "its law", random::law_names()[static_cast<std::size_t>(law.law().kind)]);
     t.word("size", "what the tabulated size is", element.size);
     t.number("sd_per_size", "1", "standard deviation of an error whose tabulated size is 1", element.sd);
     t.number("ci68", "1", "half of the interval that has 68.3 %, in sd", law.half_width(p68));
@@ -156,7 +156,7 @@ store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<ran
     if (!laws.elements[e].law) continue;
     const auto at = std::find(drawn.begin(), drawn.end(), static_cast<random::ReferenceElement>(e));
     const auto number = at == drawn.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - drawn.begin()));
-    write(random::kReferenceElements[e], laws.elements[e], *laws.elements[e].law, number);
+    write(random::reference_elements()[e], laws.elements[e], *laws.elements[e].law, number);
   }
   return t.take([&] { write("", {}, random::MixingLaw(), std::nullopt); });
 }

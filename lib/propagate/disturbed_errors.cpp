@@ -57,7 +57,7 @@ std::shared_ptr<const error_model::Model> disturbed_model(const error_model::Mod
     }
     require(!d.match_variance || variance == 0 || sizes[static_cast<std::size_t>(e)] > 0,
             "the disturbance does not change the {}, of which the error model has a term of mode R",
-            random::kReferenceElements[static_cast<std::size_t>(e)]);
+            random::reference_elements()[static_cast<std::size_t>(e)]);
     const double size = d.scale * (d.match_variance ? std::sqrt(variance) : sizes[static_cast<std::size_t>(e)]);
     if (!function || size == 0) continue;
     error_model::Term t;

@@ -25,8 +25,11 @@
 namespace surveymc::random {
 
 enum class LawKind { normal, laplace, student, nig, two_point, asymmetric_nig };
-/// In the order of LawKind.
-inline const std::vector<std::string> kLawNames{"normal", "laplace", "student", "nig", "two_point", "asymmetric_nig"};
+/// In the order of LawKind. A function: kernels include this header, and may have no table that is made at the start.
+inline const std::vector<std::string>& law_names() {
+  static const std::vector<std::string> names{"normal", "laplace", "student", "nig", "two_point", "asymmetric_nig"};
+  return names;
+}
 
 struct LawOf {
   LawKind kind = LawKind::normal;
@@ -93,7 +96,11 @@ enum class SizeMeaning {
   ci68,  ///< half of the interval that holds as much as one sd of a normal distribution does, 68.3 %
   ci95   ///< a quarter of that of two sd: half of the half width of 95.4 %
 };
-inline const std::vector<std::string> kSizeNames{"sd", "ci68", "ci95"};
+/// In the order of SizeMeaning.
+inline const std::vector<std::string>& size_names() {
+  static const std::vector<std::string> names{"sd", "ci68", "ci95"};
+  return names;
+}
 
 /// Standard deviation of an error of this law whose tabulated size is 1.
 double sd_of_size(const MixingLaw& law, SizeMeaning size);

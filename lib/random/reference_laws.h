@@ -12,13 +12,17 @@ namespace surveymc::random {
 
 /// What is drawn of the reference field.
 enum class ReferenceElement : std::uint32_t { declination = 0, dip = 1, total = 2 };
-inline const std::vector<std::string> kReferenceElements{"declination", "dip", "total"};
+/// In the order of ReferenceElement.
+inline const std::vector<std::string>& reference_elements() {
+  static const std::vector<std::string> names{"declination", "dip", "total"};
+  return names;
+}
 
 struct ReferenceLaws {
   struct Element {
     std::shared_ptr<const MixingLaw> law;  ///< null: normal
     double sd = 1;                         ///< of an error whose tabulated size is 1
-    std::string size = "sd";               ///< what the tabulated size is: of kSizeNames
+    std::string size = "sd";               ///< what the tabulated size is: of size_names()
   };
   std::array<Element, 3> elements;                 ///< in the order of ReferenceElement
   bool global = true, well = true, random = true;  ///< the modes of errors that have the laws: G, W, R

@@ -199,7 +199,7 @@ store::Table disturbance_table(const Disturbance& d, const survey::ReferenceFiel
     const auto add = [&](const std::string& quantity, double lag, const char* unit_name, double predicted, double drawn,
                          double half) {
       t.word("element", "of the reference; 'each': all are alike, in units of their terms' sd",
-             is_unit ? "each" : random::kReferenceElements[static_cast<std::size_t>(e)]);
+             is_unit ? "each" : random::reference_elements()[static_cast<std::size_t>(e)]);
       t.word("quantity", "sd, kurtosis (3 of a normal), share beyond three sd, autocorrelation at a lag", quantity);
       t.number("lag_min", "min", "of the autocorrelation", lag / 60);
       t.word("unit", "of the values", unit_name);

@@ -17,11 +17,11 @@ using random::ReferenceElement;
 random::LawOf read_law(config::ConfigReader& c, const std::string& key) {
   random::LawOf law;
   const std::string name =
-      c.choice(key + ".law", random::kLawNames,
+      c.choice(key + ".law", random::law_names(),
                "law of these errors of the reference, of the same variance: 'normal', 'laplace', 'student', 'nig' "
                "(normal inverse Gaussian), 'two_point' (some errors are larger), 'asymmetric_nig'");
-  law.kind = static_cast<LawKind>(std::find(random::kLawNames.begin(), random::kLawNames.end(), name) -
-                                  random::kLawNames.begin());
+  law.kind = static_cast<LawKind>(std::find(random::law_names().begin(), random::law_names().end(), name) -
+                                  random::law_names().begin());
   switch (law.kind) {
     case LawKind::normal:
     case LawKind::laplace:
@@ -94,32 +94,32 @@ std::string numbers_of(const random::LawOf& law) {
 random::ReferenceLaws read_reference_laws(config::ConfigReader& c, const ReferenceDraws& draws) {
   random::ReferenceLaws laws;
   std::vector<std::size_t> given;
-  for (std::size_t e = 0; e < random::kReferenceElements.size(); ++e) {
+  for (std::size_t e = 0; e < random::reference_elements().size(); ++e) {
     if (!draws.declination && static_cast<ReferenceElement>(e) == ReferenceElement::declination) continue;
-    const std::string key = "reference_law." + random::kReferenceElements[e];
+    const std::string key = "reference_law." + random::reference_elements()[e];
     if (!c.has(key + ".law")) {
       c.require(!c.has(key), key, "has no law");
       continue;
     }
     const random::LawOf of = read_law(c, key);
     const std::string size =
-        c.choice(key + ".size", random::kSizeNames,
+        c.choice(key + ".size", random::size_names(),
                  "what the tabulated size of these errors is: their 'sd'; 'ci68', half of the interval that has 68.3 "
                  "%; 'ci95', a quarter of that of 95.4 %");
     c.require(draws.sizes || size == "sd", key + ".size",
               "must be \"sd\" here: the covariances are those of the model's own sizes");
     const auto meaning = static_cast<random::SizeMeaning>(
-        std::find(random::kSizeNames.begin(), random::kSizeNames.end(), size) - random::kSizeNames.begin());
+        std::find(random::size_names().begin(), random::size_names().end(), size) - random::size_names().begin());
     if (of.kind == LawKind::normal) continue;
     const auto [law, sd, outside] = known_law(of);
     auto& element = laws.elements[e];
     element = {law, sd[static_cast<std::size_t>(meaning)], size};
     given.push_back(e);
-    c.note(
-        fmt::format("{}: {}{}: sd {:.4g} of the tabulated size, which is {}; excess kurtosis {:.3g}; beyond 2, 3, "
-                    "3.5 sd {:.3g}, {:.3g}, {:.3g} %",
-                    random::kReferenceElements[e], random::kLawNames[static_cast<std::size_t>(of.kind)], numbers_of(of),
-                    element.sd, size, law->excess_kurtosis(), 100 * outside[0], 100 * outside[1], 100 * outside[2]));
+    c.note(fmt::format(
+        "{}: {}{}: sd {:.4g} of the tabulated size, which is {}; excess kurtosis {:.3g}; beyond 2, 3, "
+        "3.5 sd {:.3g}, {:.3g}, {:.3g} %",
+        random::reference_elements()[e], random::law_names()[static_cast<std::size_t>(of.kind)], numbers_of(of),
+        element.sd, size, law->excess_kurtosis(), 100 * outside[0], 100 * outside[1], 100 * outside[2]));
   }
   if (given.empty()) return laws;
   if (draws.modes && c.has("reference_law.modes")) {
@@ -143,7 +143,7 @@ random::ReferenceLaws read_reference_laws(config::ConfigReader& c, const Referen
                   false);
   c.require(!laws.shared_mixing || !laws.each_term, "reference_law.each_term", "not together with shared_mixing");
   for (const std::size_t e : given) {
-    const std::string key = "reference_law." + random::kReferenceElements[e] + ".law";
+    const std::string key = "reference_law." + random::reference_elements()[e] + ".law";
     const random::LawOf& of = laws.elements[e].law->law();
     c.require(!laws.shared_mixing || of == laws.elements[given.front()].law->law(), key,
               "with shared_mixing all elements have one law");
@@ -172,7 +172,7 @@ void warn_of_idle_laws(config::ConfigReader& c, const random::ReferenceLaws& law
               any || (term.sigma != 0 && has_law(term) &&
                       propagate::reference_element(term.code, term.function->name) == static_cast<ReferenceElement>(e));
     if (!any)
-      c.warn("reference_law." + random::kReferenceElements[e],
+      c.warn("reference_law." + random::reference_elements()[e],
              "changes nothing: no error model here has a term of this element in the modes that have the law",
              "leave it out, or take a model with such a term (surveymc models shows them)");
   }

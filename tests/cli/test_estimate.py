@@ -341,7 +341,7 @@ class Estimate(Case):
         said = self.refused(BAD_INPUT, "check", "base.toml", "--set", "estimator=nobody", says="must be one of")
         offered = re.findall(r'"(\w+)"', said.split("must be one of")[1])
         self.assertEqual(offered, ["msa", "msa_weighted", "msa_joint", "wls_consider", "single_station", "axial_correction",
-                                   "chained"])
+                                   "chained", "multistation"])
         listed = self.call("keys", "estimate", "--csv").stdout
         rule = next(line for line in listed.splitlines() if line.startswith("estimator.name")).replace('""', '"')
         for name in offered:

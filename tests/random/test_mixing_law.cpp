@@ -43,7 +43,7 @@ TEST_CASE("Sizes that are no sd become one by the law: factors and tails of the 
                                          {nig(0.5), 1.330, 1.077, 1.330},
                                          {nig(0.2), 1.657, 1.067, 1.750}}) {
     const MixingLaw law(c.law);
-    CAPTURE(kLawNames[static_cast<std::size_t>(c.law.kind)], c.law.shape, c.law.degrees);
+    CAPTURE(law_names()[static_cast<std::size_t>(c.law.kind)], c.law.shape, c.law.degrees);
     CHECK(std::abs(sd_of_size(law, SizeMeaning::ci68) - c.per_ci68) < 0.00053);  // 1.16253 is printed as 1.162
     CHECK(std::abs(1 / sd_of_size(law, SizeMeaning::ci95) - c.ci95) < 0.00051);
     CHECK(sd_of_size(law, SizeMeaning::sd) == 1);
@@ -96,7 +96,7 @@ TEST_CASE("The inverse Gaussian laws are scipy's norminvgauss") {
 TEST_CASE("V has mean 1 and its fourth moment of H, and rises with the normal that draws it") {
   for (const LawOf& of : all_laws()) {
     const MixingLaw law(of);
-    CAPTURE(kLawNames[static_cast<std::size_t>(of.kind)], of.shape, of.degrees);
+    CAPTURE(law_names()[static_cast<std::size_t>(of.kind)], of.shape, of.degrees);
     double weight = 0, mean = 0, square = 0;
     for (const MixingNode& n : law.nodes()) {
       weight += n.weight;

@@ -47,7 +47,7 @@ TEST_CASE("A heavy part of any share has the tails of the table, to 0.002 percen
   CHECK(std::abs(100 * normal[2] - 0.047) < 5e-4);
   for (const TailLine& line : kTailLines)
     for (int r = 0; r < 5; ++r) {
-      CAPTURE(random::kLawNames[static_cast<std::size_t>(line.of.kind)], line.of.shape, line.of.degrees,
+      CAPTURE(random::law_names()[static_cast<std::size_t>(line.of.kind)], line.of.shape, line.of.degrees,
               kHeavyShares[r]);
       const auto found = stats::beyond({{law_of(line.of), std::sqrt(kHeavyShares[r])}}, {2, 3, 3.5});
       for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(100 * found[k] - line.percent[r][k]) < 0.002);
@@ -88,7 +88,7 @@ TEST_CASE("Who shares V decides: eight terms with one V, or one each") {
 
 TEST_CASE("Several parts are the limit of one, and of their tensor quadrature") {
   for (const TailLine& line : kTailLines) {
-    CAPTURE(random::kLawNames[static_cast<std::size_t>(line.of.kind)], line.of.shape, line.of.degrees);
+    CAPTURE(random::law_names()[static_cast<std::size_t>(line.of.kind)], line.of.shape, line.of.degrees);
     const std::vector<double> k{2, 3, 3.5, 5};
     // A second part of no weight to speak of changes nothing: the other way of computing has to agree.
     const auto one = stats::beyond({{law_of(line.of), std::sqrt(0.5)}}, k),
