@@ -30,7 +30,7 @@ STUDIES = {
     "chained_multistation": ({**FIELD, "model.magnetometer_xy.random_nT": (20.0, 90.0)}, ["trials=8", 'estimators=["base","single","filter"]']),
     "clearance": ({"field.dip_deg": (50.0, 75.0), "separation.scale_factor": (2.0, 3.5), "separation.surface_margin_m": (0.1, 1.0)}, []),
     "collision": ({"field.dip_deg": (50.0, 75.0), "field.total_nT": (30000.0, 60000.0), "errors.multiplier": (0.5, 2.0)}, ["trials=256", "sampling.subset.replicates=0", "sampling.pilot=200"]),
-    "robustness_map": ({**FIELD, "well.inclination_deg": (30.0, 85.0), "gross.size_nT": (500.0, 3000.0)}, ["trials=64"]),
+    "robustness_map": ({**FIELD, "well.inclination_deg": (30.0, 85.0), "gross.size_nT": (500.0, 3000.0)}, ["trials=64", "gross.share=0.2"]),
     "corrected_codes": ({**FIELD, "well.inclination_deg": (30.0, 85.0)}, ["trials=64", "correction.kind=msa"]),
     "drift_monitoring": ({"drift.amplitude_z": (1.0, 8.0), "drift.start_h": (1.0, 3.0), "model.bandwidth": (0.2, 0.8)}, []),
     "error_model_monte_carlo": ({**FIELD, "errors.multiplier": (0.1, 3.0)}, ["trials=64"]),
@@ -87,8 +87,10 @@ class AnyResult(unittest.TestCase):
             new = subprocess.run([PROGRAM, "new", study, "-o", config], capture_output=True, text=True)
             self.assertEqual(new.returncode, 0, new.stderr)
             text = re.sub(r"(?m)^\[sweep\].*\n(?:\S.*\n)*", "", config.read_text())
-            config.write_text(text + "\n" + sweep_of(kind, ends))
-            run = subprocess.run([PROGRAM, "run", config, "-o", result, "-q", "--threads", "2", *(w for s in settings for w in ("--set", s))],
+            sweep = sweep_of(kind, ends)
+            config.write_text(text + "\n" + sweep)
+            kept = (s for s in settings if f'"{s.split("=")[0]}"' not in sweep)  # --set takes the place of a sweep
+            run = subprocess.run([PROGRAM, "run", config, "-o", result, "-q", "--threads", "2", *(w for s in kept for w in ("--set", s))],
                                  capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             to = os.path.join(KEPT or folder, "figures")
