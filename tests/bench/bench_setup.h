@@ -123,7 +123,12 @@ struct Setup {
             .accelerometer_weights = nullptr,
             .reference_weights = nullptr,
             .sums = with_sums ? sums.row(0, 0) : nullptr,
-            .sums_stride = with_sums ? sums.group_stride() : 0};
+            .sums_stride = with_sums ? sums.group_stride() : 0,
+            .mixing = nullptr,
+            .mixing_stride = 0,
+            .slot_of = nullptr,
+            .made = nullptr,
+            .made_stride = 0};
   }
   estimate::MsaData msa_data() const {
     return {readings.magnetic.row(0, 0), readings.down.row(0, 0),   readings.reference.row(0, 0),
