@@ -40,6 +40,7 @@ struct OwnRun {
   ms::FitOptions options;
   ms::Loss loss = ms::Loss::least_squares;
   ms::RobustStart start = ms::RobustStart::least_squares;
+  bool has_components = false;  ///< sizes of the residuals by variance components
   std::vector<std::vector<int>> folds;
   bool has_groups = false;
   double confidence = 0.95;
@@ -136,6 +137,11 @@ OwnRun read_multistation_run(config::ConfigReader& c) {
                "where a robust loss starts: 'lmeds', the least median of squares of subsets; 'tukey' always does",
                "least_squares") == "lmeds")
     r.start = ms::RobustStart::lmeds;
+  r.has_components = c.boolean("estimator.variance_components",
+                               "sizes of the residuals of gravity and of both components of the field from the "
+                               "residuals themselves, by a least-squares fit of the set that is asked for, or of "
+                               "'21'; `residual_sd` is where that begins",
+                               false);
   o.total = r.field.total;
   o.dip = r.field.dip;
   if (!is_instrument) scenario::remark_on_readings(c, r.file, r.field);
@@ -417,13 +423,54 @@ std::vector<analysis::Warning> warnings_of(const SetAnswer& a) {
   return warnings;
 }
 
-std::vector<store::Table> multistation_tables(const OwnRun& r) {
+ms::VarianceComponents components_of(const OwnRun& r) {
+  ms::FitOptions o = r.options;
+  o.parameters = r.own ? *r.own : ms::ParameterSet::named(r.set == kJustified ? "21" : r.set);
+  try {
+    return ms::residual_components(r.stations, o);
+  } catch (const InputError& e) {
+    throw InputError(
+        fmt::format("estimator.variance_components: of set {}: {}; name a smaller set in "
+                    "estimator.parameters",
+                    o.parameters.name(), e.what()));
+  }
+}
+
+store::Table components_table(const OwnRun& r, const ms::VarianceComponents& components) {
+  compare::TableRows t("variance_components", "sizes of the residuals, as given and as the residuals have them");
+  const bool is_instrument = r.options.residuals == ms::ResidualKind::calibration;
+  const std::array<const char*, 3> names{"gravity_mps2", is_instrument ? "total_field_nT" : "horizontal_field_nT",
+                                         is_instrument ? "sine_of_dip" : "vertical_field_nT"};
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const ms::VarianceComponent& c = components.groups[j];
+    t.word("residual", "which residuals of the stations", names[j]);
+    t.number("given_sd", "1", "residual_sd, in the unit of the residual", r.options.sizes[j]);
+    t.number("sd", "1", "by the residuals; as given where they are too few", r.options.sizes[j] * std::sqrt(c.factor));
+    t.number("factor", "1", "variance over that of what was given", c.factor);
+    t.number("sd_factor", "1", "one standard deviation of the factor, if residuals are normal", c.sd);
+    t.number("redundancy", "1", "observations that the fit leaves over", c.redundancy);
+    t.word("estimated", "no: fewer than three observations are left over", c.estimated ? "yes" : "no");
+  }
+  return t.take();
+}
+
+std::vector<store::Table> multistation_tables(const OwnRun& given) {
+  OwnRun r = given;
+  std::optional<ms::VarianceComponents> components;
+  if (r.has_components) {
+    components = components_of(given);
+    r.options = ms::with_components(given.options, *components);
+  }
   const SetAnswer a = choose_set(r);
   const Candidate& taken = a.sets[a.taken];
   std::vector<store::Table> tables{parameters_table(r, taken), sets_table(a)};
+  if (components) tables.push_back(components_table(given, *components));
   if (r.options.estimates_reference) tables.push_back(reference_table(r, taken));
   tables.push_back(stations_table(r, taken));
-  tables.push_back(warnings_table(warnings_of(a)));
+  std::vector<analysis::Warning> warnings = warnings_of(a);
+  if (components && !components->converged)
+    warnings.push_back({"warning", "variance components do not settle: sizes of residuals are those of the last step"});
+  tables.push_back(warnings_table(warnings));
   return tables;
 }
 

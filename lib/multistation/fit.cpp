@@ -20,17 +20,6 @@ constexpr std::array<double, 3> kReferenceScale{0.001, 100, 0.2 * kDegree};
 
 std::array<double, 3> values(const ReferenceErrors& e) { return {e.gravity, e.total, e.dip}; }
 
-/// Derivatives of Reference's three values by gravity, total field and dip.
-Eigen::Matrix3d reference_derivatives(const FitPlan& plan) {
-  Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
-  m(0, 0) = 1;
-  m(1, 1) = plan.first_by_total;
-  m(1, 2) = plan.first_by_dip;
-  m(2, 1) = plan.second_by_total;
-  m(2, 2) = plan.second_by_dip;
-  return m;
-}
-
 /// Unknown of the plan (3 a + i) of each parameter of the set.
 std::array<int, kParameters> places_of(const FitPlan& plan, const ParameterSet& set) {
   std::array<int, kParameters> places{};
@@ -106,6 +95,16 @@ LinearRun linear_run(const std::vector<StationReadings>& readings, const PerPara
 }
 
 }  // namespace
+
+Eigen::Matrix3d reference_derivatives(const FitPlan& plan) {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+  m(0, 0) = 1;
+  m(1, 1) = plan.first_by_total;
+  m(1, 2) = plan.first_by_dip;
+  m(2, 1) = plan.second_by_total;
+  m(2, 2) = plan.second_by_dip;
+  return m;
+}
 
 FitBatch batch_of(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet& set, const FitBlock& out,
                   const survey::LaneArray* weights) {

@@ -34,6 +34,9 @@ struct FitOptions {
 /// Throws InputError: a prior or size that is not positive, an empty set.
 FitPlan fit_plan(const FitOptions& options);
 
+/// Derivatives of Reference's three values by gravity, total field and dip.
+Eigen::Matrix3d reference_derivatives(const FitPlan& plan);
+
 /// One run. Columns and rows of parameters are in the order of the set.
 struct Fit {
   Eigen::VectorXd estimate;

@@ -20,18 +20,6 @@ using Eigen::VectorXd;
 
 constexpr int kOfReference = 3;
 
-/// Of the reference's three values by its errors: gravity, total field, dip.
-Matrix3d values_by_errors(const FitOptions& o) {
-  const FitPlan plan = fit_plan(o);
-  Matrix3d m = Matrix3d::Zero();
-  m(0, 0) = 1;
-  m(1, 1) = plan.first_by_total;
-  m(1, 2) = plan.first_by_dip;
-  m(2, 1) = plan.second_by_total;
-  m(2, 2) = plan.second_by_dip;
-  return m;
-}
-
 Vector3d errors_of(const ReferenceErrors& e) { return {e.gravity, e.total, e.dip}; }
 
 /// Rows of a station by the unknowns, parameters of the set and errors of the reference, at the estimate; its residual
@@ -114,6 +102,34 @@ FittedStations fit_robustly(const Stations& stations, const FitOptions& options,
   return f;
 }
 
+VarianceComponents residual_components(const Stations& stations, const FitOptions& options) {
+  const Matrix3d by_errors = reference_derivatives(fit_plan(options));
+  const auto count = static_cast<Eigen::Index>(stations.size());
+  std::vector<int> group;
+  for (std::size_t k = 0; k < stations.size(); ++k)
+    for (int j = 0; j < kResiduals; ++j) group.push_back(j);
+  return variance_components(group, kResiduals, [&](const std::vector<double>& factors) {
+    FitOptions o = options;
+    for (std::size_t j = 0; j < factors.size(); ++j) o.sizes[j] *= std::sqrt(factors[j]);
+    const Fit f = fit(stations, o);
+    require(f.converged, "the fit for variance components does not converge");
+    const Eigen::Index unknowns = f.inverse.rows();
+    GroupedFit g{VectorXd(kResiduals * count), MatrixXd(kResiduals * count, unknowns),
+                 VectorXd::Ones(kResiduals * count), f.inverse};
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Rows r = rows_of(stations[static_cast<std::size_t>(k)], f, options, by_errors);
+      g.residuals.segment<kResiduals>(kResiduals * k) = r.residual;
+      g.jacobian.middleRows<kResiduals>(kResiduals * k) = r.by_unknowns.leftCols(unknowns);
+    }
+    return g;
+  });
+}
+
+FitOptions with_components(FitOptions options, const VarianceComponents& components) {
+  for (std::size_t j = 0; j < options.sizes.size(); ++j) options.sizes[j] *= std::sqrt(components.groups[j].factor);
+  return options;
+}
+
 double information_criterion(const Fit& fit, const FitOptions& options, std::size_t stations) {
   const auto m = static_cast<double>(kResiduals * stations);
   return m * std::log(fit.cost / m) + learnt_parameters(fit, options) * std::log(m);
@@ -127,7 +143,7 @@ FieldNumbers field_numbers(const StationReadings& station, const PerParameter<do
 }
 
 std::vector<HeldStation> judge_held_out(const FittedStations& fitted, const Stations& held, const FitOptions& o) {
-  const Matrix3d by_errors = values_by_errors(o);
+  const Matrix3d by_errors = reference_derivatives(fit_plan(o));
   const Matrix3d reference_sd = errors_of(o.reference).asDiagonal();
   const Eigen::Index unknowns = fitted.fit.joint.rows();
   std::vector<HeldStation> out;

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "multistation/robust.h"
+#include "multistation/variance_components.h"
 
 namespace surveymc::multistation {
 
@@ -26,6 +27,14 @@ FittedStations fit_by_least_squares(const Stations& stations, const FitOptions& 
 /// By a robust loss; s0 is the scale of the residuals, corrected for what the fit has taken of them.
 FittedStations fit_robustly(const Stations& stations, const FitOptions& options, const RobustOptions& robust,
                             const random::Stream& stream);
+
+/// Variance components of the three residuals of a station (model.h: gravity; horizontal or total field; vertical field
+/// or angle) over the squares of options.sizes, by least squares. Errors of a reference that is not estimated count as
+/// residuals. Throws InputError as fit(), and where a fit does not converge.
+VarianceComponents residual_components(const Stations& stations, const FitOptions& options);
+
+/// `options` with the sizes of these components.
+FitOptions with_components(FitOptions options, const VarianceComponents& components);
 
 /// How many parameters the stations say more of than priors do: the trace of what is learnt, of parameters of the set
 /// and of an estimated reference. By the claimed sizes of the residuals, as the fit weighs them.

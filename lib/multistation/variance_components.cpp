@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
 namespace surveymc::multistation {
 namespace {
 
@@ -20,19 +18,13 @@ VarianceComponents variance_components(const std::vector<int>& group, int groups
   std::vector<double> factors(static_cast<std::size_t>(groups), 1.0);
   for (out.iterations = 1; out.iterations <= kMostIterations; ++out.iterations) {
     const GroupedFit f = fit(factors);
-    Eigen::VectorXd weights = f.weights;
-    for (Eigen::Index i = 0; i < weights.size(); ++i)
-      weights[i] /= factors[static_cast<std::size_t>(group[static_cast<std::size_t>(i)])];
-    Eigen::MatrixXd normal = f.jacobian.transpose() * weights.asDiagonal() * f.jacobian;
-    normal.diagonal() += f.prior_information;
-    const Eigen::LLT<Eigen::MatrixXd> factor(normal);
-    const Eigen::MatrixXd by_row = factor.solve(f.jacobian.transpose());
     std::vector<double> squares(static_cast<std::size_t>(groups), 0.0), redundancy(squares);
-    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    for (Eigen::Index i = 0; i < f.weights.size(); ++i) {
       const auto g = static_cast<std::size_t>(group[static_cast<std::size_t>(i)]);
       squares[g] +=
           f.weights[i] * f.residuals[i] * f.residuals[i];  // without the factor: s^2 as a whole, not its change
-      if (f.weights[i] > 0) redundancy[g] += 1 - weights[i] * f.jacobian.row(i).dot(by_row.col(i));
+      const double leverage = f.jacobian.row(i) * f.inverse * f.jacobian.row(i).transpose();
+      if (f.weights[i] > 0) redundancy[g] += 1 - f.weights[i] / factors[g] * leverage;
     }
     double change = 0;
     for (std::size_t g = 0; g < factors.size(); ++g) {

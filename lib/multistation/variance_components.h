@@ -14,10 +14,10 @@ namespace surveymc::multistation {
 
 /// A fit with observations whose weights are those of `factors` (one variance factor a group).
 struct GroupedFit {
-  Eigen::VectorXd residuals;          ///< in units of the a-priori sd
-  Eigen::MatrixXd jacobian;           ///< of them, a column a parameter
-  Eigen::VectorXd weights;            ///< of each, without the factors: a robust fit's, or 1
-  Eigen::VectorXd prior_information;  ///< of each parameter
+  Eigen::VectorXd residuals;  ///< in units of the a-priori sd
+  Eigen::MatrixXd jacobian;   ///< of them, a column a parameter
+  Eigen::VectorXd weights;    ///< of each, without the factors: a robust fit's, or 1
+  Eigen::MatrixXd inverse;    ///< (J'WJ + P)^-1 with the factors, P the priors' information
 };
 
 struct VarianceComponent {

@@ -337,6 +337,21 @@ class Estimate(Case):
         done = self.call("run", "base.toml", "-o", "out.h5", code=(0, BAD_INPUT))
         self.assertRegex(done.stdout + done.stderr, "(?m)^severe: |finds no minimum")
 
+    def test_variance_components_take_the_place_of_given_sizes(self):
+        """What was given scales out: the same sizes are found from others, and with them s0 is 1."""
+        config = str(test_cli.SOURCE / "configs" / "examples" / "instrument.toml")
+        found = []
+        for given in (50, 1000):
+            out = f"out_{given}.h5"
+            self.call("run", config, "-o", out, "--set", "estimator.variance_components=true", "--set", f"residual_sd.field_nT={given}")
+            redundancy = column(self.folder / out, "tables/variance_components", "redundancy")
+            self.assertAlmostEqual(sum(redundancy), 3 * 24 - 22, delta=0.01)  # 21 parameters, and the dip
+            found.append(column(self.folder / out, "tables/variance_components", "sd"))
+            sets = zip(*(column(self.folder / out, "tables/sets", name) for name in ("set", "loss", "s0")))
+            s0 = [x for name, loss, x in sets if (name, loss) == ("21", "least_squares")]
+            self.assertAlmostEqual(s0[0], 1, delta=0.01)
+        np.testing.assert_allclose(found[0], found[1], rtol=2e-3)
+
     def test_names_that_are_offered_are_accepted(self):
         said = self.refused(BAD_INPUT, "check", "base.toml", "--set", "estimator=nobody", says="must be one of")
         offered = re.findall(r'"(\w+)"', said.split("must be one of")[1])

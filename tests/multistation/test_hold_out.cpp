@@ -118,6 +118,37 @@ TEST_CASE("Stations that a fit has not seen are off by as much as it says of the
   }
 }
 
+TEST_CASE("Variance components find the sizes of a run's residuals, whatever was given") {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  constexpr int kRuns = 100;
+  FitOptions given = held_out_options("12");
+  const double gravity = given.sizes[0];
+  given.sizes[0] *= 4;
+  given.sizes[1] /= 3;
+  std::array<double, kResiduals> sum{}, squares{};
+  for (int run = 0; run < kRuns; ++run) {
+    PerParameter<double> tool{};  // from the priors: what they take of the residuals is right on average
+    for (int i = 0; i < given.parameters.size(); ++i)
+      tool[static_cast<std::size_t>(given.parameters.index(i))] = normal(random) * given.parameters[i].prior_sd;
+    const VarianceComponents v = residual_components(noisy_well(tool, 41, random), given);
+    CHECK(v.converged);
+    const FitOptions found = with_components(given, v);
+    double redundancy = 0;
+    for (std::size_t j = 0; j < kResiduals; ++j) {
+      const double ratio = std::pow(found.sizes[j] / (j == 0 ? gravity : held_out_options("12").sizes[j]), 2);
+      sum[j] += ratio / kRuns;
+      squares[j] += ratio * ratio / kRuns;
+      redundancy += v.groups[j].redundancy;
+      CHECK(v.groups[j].estimated);
+    }
+    CHECK(redundancy > 3 * 41 - 12);
+    CHECK(redundancy < 3 * 41 - 6);  // what is not learnt is the priors'
+  }
+  for (std::size_t j = 0; j < kResiduals; ++j)
+    CHECK(std::abs(sum[j] - 1) < 4 * std::sqrt((squares[j] - sum[j] * sum[j]) / kRuns));
+}
+
 TEST_CASE("A wrong size of the residuals scales what they tell, not the priors, nor errors of the reference") {
   std::mt19937_64 random(9);
   std::normal_distribution<double> normal;

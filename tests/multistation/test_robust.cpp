@@ -355,8 +355,8 @@ TEST_CASE("A fit that knows the wrong stations is that of the others") {
 TEST_CASE("The variance component of a single group is e'Pe over redundancy, exactly") {
   const Linear m(15, 2, 4, 9);
   const Eigen::VectorXd x = (m.j.transpose() * m.j).ldlt().solve(m.j.transpose() * m.y), e = m.j * x - m.y;
-  const VarianceComponents v = variance_components(std::vector<int>(30, 0), 1, [&](const std::vector<double>&) {
-    return GroupedFit{e, m.j, Eigen::VectorXd::Ones(30), Eigen::VectorXd::Zero(4)};
+  const VarianceComponents v = variance_components(std::vector<int>(30, 0), 1, [&](const std::vector<double>& factors) {
+    return GroupedFit{e, m.j, Eigen::VectorXd::Ones(30), factors[0] * (m.j.transpose() * m.j).inverse()};
   });
   CHECK(v.converged);
   CHECK_THAT(v.groups[0].redundancy, WithinAbs(26, 1e-10));
@@ -376,9 +376,9 @@ TEST_CASE("Variance components of three groups come back, and one of too few obs
     const VarianceComponents v = variance_components(group, 4, [&](const std::vector<double>& factors) {
       Eigen::VectorXd w(n);
       for (int i = 0; i < n; ++i) w[i] = 1 / factors[static_cast<std::size_t>(group[static_cast<std::size_t>(i)])];
-      const Eigen::VectorXd x =
-          (m.j.transpose() * w.asDiagonal() * m.j).ldlt().solve(m.j.transpose() * w.asDiagonal() * m.y);
-      return GroupedFit{m.j * x - m.y, m.j, Eigen::VectorXd::Ones(n), Eigen::VectorXd::Zero(5)};
+      const Eigen::MatrixXd inverse = (m.j.transpose() * w.asDiagonal() * m.j).inverse();
+      const Eigen::VectorXd x = inverse * (m.j.transpose() * w.asDiagonal() * m.y);
+      return GroupedFit{m.j * x - m.y, m.j, Eigen::VectorXd::Ones(n), inverse};
     });
     CHECK(v.converged);
     CHECK_FALSE(v.groups[3].estimated);
