@@ -31,23 +31,6 @@ survey::SixAxisReadings clean_run(const test::ThesisCase& c) {
   return {c.survey.md(), clean.gravity_T, clean.magnetic_T};
 }
 
-/// One trial of a block as a run of readings, with the reference that its trial was given.
-struct NoisyRun {
-  survey::SixAxisReadings readings;
-  survey::ReferenceField field;
-};
-NoisyRun run_of(const survey::ReadingBlock& block, int trial, const test::ThesisCase& c) {
-  NoisyRun run{{c.survey.md(), {}, {}}, c.field};
-  for (int k = 0; k < block.stations; ++k) {
-    run.readings.magnetic_T.push_back(test::triad(block.magnetic, trial, k));
-    run.readings.gravity_T.push_back(scale(c.field.gravity, test::triad(block.down, trial, k)));
-  }
-  const double bh = block.reference.value(trial, 0), bv = block.reference.value(trial, 1);
-  run.field.total = std::hypot(bh, bv);
-  run.field.dip = std::atan2(bv, bh);
-  return run;
-}
-
 /// Counts, and whether the exact binomial interval (99.9 %) of the share holds the expected one.
 struct Share {
   std::uint64_t inside = 0, count = 0;
@@ -201,7 +184,7 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
     Share accepted, six;
     double rejected_sum = 0, rejected_squares = 0;  // share of the residuals that a run's w-tests reject
     for (int t = 0; t < kTrials; ++t) {
-      const NoisyRun run = run_of(block, t, c);
+      const test::NoisyRun run = test::run_of(block, t, c);
       const ReadingsAnalysis a = analyse_readings(run.readings, run.field, noise, {});
       for (int i = 0; i < 6; ++i)
         parameter[static_cast<std::size_t>(i)].add(std::abs(a.parameters[i] - test::true_parameters(c)[i]) <
@@ -253,7 +236,7 @@ TEST_CASE("A perfect tool is found perfect as often as the test says, with prior
     const estimate::EstimatorOptions o = test::options_of(name, input_errors(noise, {0.0016, 70, 0}, c.field));
     double sum = 0;
     for (int t = 0; t < kTrials; ++t) {
-      const NoisyRun run = run_of(block, t, c);
+      const test::NoisyRun run = test::run_of(block, t, c);
       sum += analyse_readings(run.readings, run.field, noise, o).perfect_tool_statistic;
     }
     CAPTURE(name);
@@ -291,7 +274,7 @@ TEST_CASE("A gross error is found at its station, and the run is rejected") {
   const test::ThesisCase c = test::thesis_case(4);
   const survey::ReadingBlock block = test::simulated(c, thesis_noise(0.003), 8, random::Stream(3, 9));
   for (int t = 0; t < 8; ++t) {
-    NoisyRun run = run_of(block, t, c);
+    test::NoisyRun run = test::run_of(block, t, c);
     run.readings.magnetic_T[30].z += 900;  // 13 sd: magnetic interference
     const ReadingsAnalysis a = analyse_readings(run.readings, run.field, thesis_noise(0.003), {});
     const auto tests = judge_readings(run.readings, a, {});

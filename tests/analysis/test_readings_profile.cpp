@@ -16,30 +16,13 @@ using namespace surveymc::analysis;
 
 namespace {
 
-/// One trial as a run of readings, with the reference that it was given.
-struct ProfiledRun {
-  survey::SixAxisReadings readings;
-  survey::ReferenceField field;
-};
-ProfiledRun profiled_run(const survey::ReadingBlock& block, int trial, const test::ThesisCase& c) {
-  ProfiledRun run{{c.survey.md(), {}, {}}, c.field};
-  for (int k = 0; k < block.stations; ++k) {
-    run.readings.magnetic_T.push_back(test::triad(block.magnetic, trial, k));
-    run.readings.gravity_T.push_back(scale(c.field.gravity, test::triad(block.down, trial, k)));
-  }
-  const double bh = block.reference.value(trial, 0), bv = block.reference.value(trial, 1);
-  run.field.total = std::hypot(bh, bv);
-  run.field.dip = std::atan2(bv, bh);
-  return run;
-}
-
-std::vector<ProfiledInterval> intervals_of(const ProfiledRun& run, const sensor::NoiseModel& noise,
+std::vector<ProfiledInterval> intervals_of(const test::NoisyRun& run, const sensor::NoiseModel& noise,
                                            const estimate::EstimatorOptions& options = {}, double confidence = 0.95) {
   return profile_readings(run.readings, run.field, noise, options,
                           analyse_readings(run.readings, run.field, noise, options), confidence);
 }
 
-std::vector<Warning> warnings_of(const ProfiledRun& run, const sensor::NoiseModel& noise) {
+std::vector<Warning> warnings_of(const test::NoisyRun& run, const sensor::NoiseModel& noise) {
   const ReadingsAnalysis a = analyse_readings(run.readings, run.field, noise, {});
   return warnings_of_estimate(run.readings, run.field, noise, a, judge_readings(run.readings, a, {}), std::nullopt,
                               profile_readings(run.readings, run.field, noise, {}, a, 0.95));
@@ -72,7 +55,7 @@ TEST_CASE("Where first order fails, intervals of the profile hold the truth as o
   std::vector<std::uint64_t> inside(9, 0);
   std::uint64_t by_covariance = 0;
   for (int t = 0; t < kRuns; ++t) {
-    const ProfiledRun run = profiled_run(trials.block, t, trials.c);
+    const test::NoisyRun run = test::run_of(trials.block, t, trials.c);
     const std::vector<ProfiledInterval> all = intervals_of(run, noise, {}, kConfidence);
     REQUIRE(all.size() == truth.size());
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -91,7 +74,7 @@ TEST_CASE("Where first order fails, intervals of the profile hold the truth as o
 TEST_CASE("A profile without value does not say that the covariance holds") {
   const sensor::NoiseModel noise = test::msa_noise(1, sensor::ReferenceNoise::per_run, 1e-3);
   const test::MsaTrials trials(4, 1, noise);
-  const ProfiledRun run = profiled_run(trials.block, 0, trials.c);
+  const test::NoisyRun run = test::run_of(trials.block, 0, trials.c);
   ProfiledInterval x{"east_m", 100, 2, 96, 104, kNaN, kNaN, kNaN};
   CHECK_FALSE(x.is_determined());
   CHECK_FALSE(x.is_notable());
@@ -112,7 +95,7 @@ TEST_CASE("Where first order holds, the profile gives its intervals") {
     for (const double scale : {1.0, 0.1}) {
       const sensor::NoiseModel noise = test::msa_noise(scale, sensor::ReferenceNoise::per_run, 1e-3 * scale);
       const test::MsaTrials trials(4, 8, noise);
-      const ProfiledRun run = profiled_run(trials.block, 3, trials.c);
+      const test::NoisyRun run = test::run_of(trials.block, 3, trials.c);
       const auto all = intervals_of(run, noise, test::options_of(name, input_errors(noise, {}, run.field)));
       CAPTURE(name, scale);
       REQUIRE(all.size() == 9);
@@ -131,7 +114,7 @@ TEST_CASE("Where first order holds, the profile gives its intervals") {
 TEST_CASE("Estimators with priors of the tool have no profile: tools that vary are no errors of readings") {
   const sensor::NoiseModel noise = test::msa_noise();
   const test::MsaTrials trials(4, 8, noise);
-  const ProfiledRun run = profiled_run(trials.block, 0, trials.c);
+  const test::NoisyRun run = test::run_of(trials.block, 0, trials.c);
   const auto options = test::options_of("msa_joint", input_errors(noise, {0.002, 60, 40}, run.field));
   CHECK(intervals_of(run, noise, options).empty());
 }

@@ -13,6 +13,7 @@
 #include "estimate/msa_residual.h"
 #include "estimate/sensitivity.h"
 #include "sensor/magnetometer.h"
+#include "survey/six_axis.h"
 #include "thesis_cases.h"
 
 namespace surveymc::test {
@@ -61,6 +62,23 @@ template <class T = double>
 survey::Vec3<T> triad(const survey::LaneArray& a, int trial, int station, double unit = 1) {
   return {T(a.value(trial, 3 * station) * unit), T(a.value(trial, 3 * station + 1) * unit),
           T(a.value(trial, 3 * station + 2) * unit)};
+}
+
+/// One trial of a block as a run of readings, with the reference that its trial was given.
+struct NoisyRun {
+  survey::SixAxisReadings readings;
+  survey::ReferenceField field;
+};
+inline NoisyRun run_of(const survey::ReadingBlock& block, int trial, const ThesisCase& c) {
+  NoisyRun run{{c.survey.md(), {}, {}}, c.field};
+  for (int k = 0; k < block.stations; ++k) {
+    run.readings.magnetic_T.push_back(triad(block.magnetic, trial, k));
+    run.readings.gravity_T.push_back(scale(c.field.gravity, triad(block.down, trial, k)));
+  }
+  const double bh = block.reference.value(trial, 0), bv = block.reference.value(trial, 1);
+  run.field.total = std::hypot(bh, bv);
+  run.field.dip = std::atan2(bv, bh);
+  return run;
 }
 
 struct MsaTrials {
