@@ -549,6 +549,19 @@ TEST_CASE("A law changes no draw but those of the element that has it, and sizes
   CHECK(lasting == 8);                                // DEC-U, -OS, -OH, -OI, DBH-U, ...
   CHECK(shared.slots.size() == 1 + of_stations / 2);  // DECR and DBHR of a station share
   CHECK(each.slots.size() == lasting + of_stations);
+  random::ReferenceLaws random_alone = laws, two = laws;
+  random_alone.global = random_alone.well = false;
+  const WellMixing of_random = well_mixing(w.errors, random_alone, places);
+  for (std::size_t d = 0; d < w.errors.draws.size(); ++d)
+    CHECK((of_random.slot_of_draw[d] >= 0) == (shared.slot_of_draw[d] >= 0 && d >= w.errors.station_draws));
+  two.elements[1].law = laws.elements[0].law;  // the dip, too, which an axial correction needs
+  const Well axial(east_west(), "MWD+SRGM+AX", field_of(55000, 80, 0));
+  const auto slots = [&](const random::ReferenceLaws& of) {
+    return well_mixing(axial.errors, of, draw_places(axial.errors)).slots.size();
+  };
+  CHECK(slots(two) > slots(laws));
+  two.shared_mixing = true;
+  CHECK(slots(two) == slots(laws));  // one V for both, in the run and at every station
   random::ReferenceLaws sized = laws;
   sized.elements[0].sd = 0.9;
   const Eigen::Matrix3Xd before = draw_effects(w.errors, {200, 1}, FirstOrder::minimum_curvature),
@@ -561,7 +574,8 @@ TEST_CASE("A law changes no draw but those of the element that has it, and sizes
 }
 
 TEST_CASE("The reference's share of the lateral variance is that of an independent covariance by source") {
-  // ../shared/spec/references.md, section 3: SRGM and IFR1, two digits; ISCWSA wells 1 and 2.
+  // ../shared/spec/references.md, section 3: SRGM and IFR1, two digits; ISCWSA wells 1 and 2. The third is 0.257 here,
+  // for a reason that is not known; hence 0.01.
   for (const auto& [number, model, expected] :
        {std::tuple(1, "MWD+SRGM", 0.27), {1, "MWD+IFR1", 0.05}, {2, "MWD+SRGM", 0.25}, {2, "MWD+IFR1", 0.05}}) {
     const test::IscwsaWell iscwsa = test::iscwsa_well(number);
