@@ -201,19 +201,25 @@ struct FitEquations {
   T cost;
 };
 
+/// Of unknowns `x` of the plan's kinds (3 a + i), in units of its scales.
+template <class T>
+[[gnu::always_inline]] inline Correction<T> correction_at(const FitPlan& plan, const T* x) {
+  std::array<T, kUnknowns> value;
+  for (T& v : value) v = T(0.0);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(plan.kind_count); ++a)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t at = static_cast<std::size_t>(plan.kinds[a]) + i;
+      value[at] = T(plan.scale[at]) * x[3 * a + i];
+    }
+  return correction_of(plan, value);
+}
+
 /// At `x`, in units of the plan's scales. Without `WithMatrix` the matrix is not set; all else has the same bits.
 template <class T, bool WithMatrix>
 void fit_equations(const FitPlan& plan, const FitData& data, const std::array<T, kUnknowns>& x, FitEquations<T>& out) {
   const T zero(0.0);
   const auto kinds = static_cast<std::size_t>(plan.kind_count);
-  std::array<T, kUnknowns> value;
-  for (T& v : value) v = zero;
-  for (std::size_t a = 0; a < kinds; ++a)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t at = static_cast<std::size_t>(plan.kinds[a]) + i;
-      value[at] = T(plan.scale[at]) * x[3 * a + i];
-    }
-  const Correction<T> c = correction_of(plan, value);
+  const Correction<T> c = correction_at(plan, x.data());
   std::array<T, 9 * block(kUnknownKinds, 0)> blocks;
   std::array<T, kUnknowns> gradient;
   for (std::size_t q = 0; WithMatrix && q < 9 * block(kinds, 0); ++q) blocks[q] = zero;

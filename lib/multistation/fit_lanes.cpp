@@ -9,15 +9,6 @@ namespace {
 
 using T = Lanes;
 
-FitData data_of(const FitBatch& b, std::size_t group, std::size_t lane) {
-  FitData d = b.first;
-  d.gravity += group * b.gravity_stride + lane;
-  d.magnetic += group * b.magnetic_stride + lane;
-  d.reference += group * b.reference_stride + lane;
-  if (d.weight) d.weight += group * b.weight_stride + lane;
-  return d;
-}
-
 /// All unknowns in their units, from the estimates of a batch.
 Correction<T> correction_at(const FitBatch& b, std::size_t group, std::size_t lane) {
   std::array<T, kUnknowns> value;
@@ -56,17 +47,10 @@ void fit_batch(const FitBatch& b) {
     solve_fit<T>(plan, data_of(b, group, lane), start, s);
     std::array<T, kUnknowns> variance;
     if (b.variance) inverse_diagonal(n, s.factor.data(), variance.data());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(b.parameters); ++i) {
-      const auto place = static_cast<std::size_t>(b.places[i]);
-      const double unit = plan.scale[static_cast<std::size_t>(plan.kinds[place / 3]) + place % 3];
-      store(b.estimate + group * b.estimate_stride + i * kGroup + lane, T(unit) * s.x[place]);
-      if (b.variance)
-        store(b.variance + group * b.variance_stride + i * kGroup + lane, T(unit * unit) * variance[place]);
-    }
-    const bool estimated = plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind;
-    for (std::size_t i = 0; i < 3; ++i)
-      store(b.reference + group * b.reference_out_stride + i * kGroup + lane,
-            estimated ? T(plan.scale[kReferenceKind + i]) * s.x[n - 3 + i] : T(0.0));
+    store_estimate(b, group, lane, s.x.data());
+    for (std::size_t i = 0; b.variance && i < static_cast<std::size_t>(b.parameters); ++i)
+      store(b.variance + group * b.variance_stride + i * kGroup + lane,
+            T(unit_of(b, i) * unit_of(b, i)) * variance[static_cast<std::size_t>(b.places[i])]);
     const std::size_t at = group * b.scalar_stride + lane;
     store(b.cost + at, s.cost);
     store(b.iterations + at, s.iterations);

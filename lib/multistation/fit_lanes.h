@@ -30,6 +30,35 @@ struct FitBlock;
 FitBatch batch_of(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set, const FitBlock& out,
                   const survey::LaneArray* weights);
 
+/// Readings of the register at `lane` of a group.
+[[gnu::always_inline]] inline FitData data_of(const FitBatch& b, std::size_t group, std::size_t lane) {
+  FitData d = b.first;
+  d.gravity += group * b.gravity_stride + lane;
+  d.magnetic += group * b.magnetic_stride + lane;
+  d.reference += group * b.reference_stride + lane;
+  if (d.weight) d.weight += group * b.weight_stride + lane;
+  return d;
+}
+
+/// Value of a parameter, in its unit, whose unknown of the plan is 1 in units of the scales.
+[[gnu::always_inline]] inline double unit_of(const FitBatch& b, std::size_t parameter) {
+  const auto place = static_cast<std::size_t>(b.places[parameter]);
+  return b.plan->scale[static_cast<std::size_t>(b.plan->kinds[place / 3]) + place % 3];
+}
+
+/// Stores parameters and errors of the reference of unknowns `x`.
+template <class T>
+void store_estimate(const FitBatch& b, std::size_t group, std::size_t lane, const T* x) {
+  const FitPlan& plan = *b.plan;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(b.parameters); ++i)
+    simd::store(b.estimate + group * b.estimate_stride + i * kGroup + lane, T(unit_of(b, i)) * x[b.places[i]]);
+  const bool estimated = plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind;
+  for (std::size_t i = 0; i < 3; ++i)
+    simd::store(
+        b.reference + group * b.reference_out_stride + i * kGroup + lane,
+        estimated ? T(plan.scale[kReferenceKind + i]) * x[static_cast<std::size_t>(plan.size()) - 3 + i] : T(0.0));
+}
+
 SURVEYMC_KERNEL(void fit_batch(const FitBatch& batch))
 SURVEYMC_KERNEL(void correct_batch(const FitBatch& batch))
 SURVEYMC_KERNEL(void residual_batch(const FitBatch& batch))

@@ -25,26 +25,14 @@ void robust_batch(const RobustBatch& b) {
   T* const memory = reinterpret_cast<T*>(b.scratch);
   for (std::size_t group = 0; group < static_cast<std::size_t>(b.fit.groups); ++group)
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(kGroup); lane += lane_count<T>) {
-      FitData data = b.fit.first;
-      data.gravity += group * b.fit.gravity_stride + lane;
-      data.magnetic += group * b.fit.magnetic_stride + lane;
-      data.reference += group * b.fit.reference_stride + lane;
+      const FitData data = data_of(b.fit, group, lane);
       RobustProblem problem = b.problem;
       if (problem.subsets) problem.subsets += group * b.subsets_stride;
-      if (data.weight) problem.given_weights = data.weight + group * b.fit.weight_stride + lane;
+      problem.given_weights = data.weight;
       const RobustOutcome<T> out = shape.components == 2 ? reweighted<2>(plan, data, problem, b.options, memory)
                                                          : reweighted<3>(plan, data, problem, b.options, memory);
       const RobustMemory<T> m(memory, shape);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(b.fit.parameters); ++i) {
-        const auto place = static_cast<std::size_t>(b.fit.places[i]);
-        const double unit = plan.scale[static_cast<std::size_t>(plan.kinds[place / 3]) + place % 3];
-        store(b.fit.estimate + group * b.fit.estimate_stride + i * kGroup + lane, T(unit) * m.x[place]);
-      }
-      const bool estimated = plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind;
-      for (std::size_t i = 0; i < 3; ++i)
-        store(b.fit.reference + group * b.fit.reference_out_stride + i * kGroup + lane,
-              estimated ? T(plan.scale[kReferenceKind + i]) * m.x[static_cast<std::size_t>(plan.size()) - 3 + i]
-                        : T(0.0));
+      store_estimate(b.fit, group, lane, m.x);
       for (int k = 0; k < shape.stations; ++k)
         store(b.weights + group * b.weights_stride + static_cast<std::size_t>(k) * kGroup + lane, m.weight[k]);
       store(b.fit.converged + group * b.fit.scalar_stride + lane, out.converged);

@@ -17,14 +17,7 @@ struct FitRows {
   void operator()(const T* x, T* residual, T* jacobian) const {
     const T zero(0.0);
     const auto kinds = static_cast<std::size_t>(plan.kind_count);
-    std::array<T, kUnknowns> value;
-    for (T& v : value) v = zero;
-    for (std::size_t a = 0; a < kinds; ++a)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t at = static_cast<std::size_t>(plan.kinds[a]) + i;
-        value[at] = T(plan.scale[at]) * x[3 * a + i];
-      }
-    const Correction<T> c = correction_of(plan, value);
+    const Correction<T> c = correction_at(plan, x);
     constexpr std::size_t kFirst = kResiduals - C;
     const double *gravity = data.gravity, *magnetic = data.magnetic, *reference = data.reference;
     for (int k = 0; k < data.stations; ++k) {
