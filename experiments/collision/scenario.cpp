@@ -103,6 +103,12 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                    : propagate::VerticalRule::tilt;
   require_drawable(s);
   s.laws = scenario::read_reference_laws(c, {.sizes = false});
+  if (const auto& d = s.reference.disturbance) {
+    c.require(d->process.kind == disturbance::Kind::ar1, "disturbance.kind",
+              "only \"ar1\" is normal, and importance sampling draws normals: must be \"ar1\" here");
+    c.require(!s.laws.any() || !s.laws.random, "reference_law.modes",
+              "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R");
+  }
   std::vector<const scenario::ToolRuns*> tools{&s.reference.tools};
   for (const scenario::SurveyedWell& offset : s.offsets) tools.push_back(&offset.tools);
   scenario::warn_of_idle_laws(c, s.laws, tools);

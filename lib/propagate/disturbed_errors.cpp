@@ -128,6 +128,54 @@ WellErrors with_independent_draws(const WellErrors& errors, const DisturbedDraws
   return mixed_draws(errors, disturbed.draws, disturbance::lower_factor(disturbed.disturbance.correlation()));
 }
 
+StationEffects with_independent_draws(const StationEffects& effects, const std::vector<ToolRun>& runs,
+                                      const Disturbance& d, const survey::ReferenceField& field) {
+  const std::map<std::string, Element> codes = disturbed_codes(runs);
+  const std::size_t n = effects.stations;
+  StationEffects out;
+  out.stations = n;
+  std::vector<std::size_t> disturbed;
+  for (std::size_t s = 0; s < effects.sources.size(); ++s) {
+    const StationEffects::Source& source = effects.sources[s];
+    if (source.mode == error_model::PropagationMode::random && codes.count(source.code) > 0) {
+      disturbed.push_back(s);
+      continue;
+    }
+    out.sources.push_back(source);
+    for (std::size_t k = s * n; k < (s + 1) * n; ++k) {
+      out.star.push_back(effects.star[k]);
+      out.full.push_back(effects.full[k]);
+      out.depth.push_back(effects.depth[k]);
+      out.draw.push_back(effects.draw[k]);
+    }
+  }
+  std::vector<StationDraw> draws;
+  for (std::size_t k = 1; k < n; ++k)
+    for (const std::size_t s : disturbed)
+      if (effects.draw[s * n + k] != StationEffects::kNone)
+        draws.push_back({k, codes.at(effects.sources[s].code), static_cast<std::uint32_t>(s)});
+  require(draws.size() <= kMostDraws, "{} draws of the disturbance: at most {} can be predicted", draws.size(),
+          kMostDraws);
+  const Eigen::MatrixXd factor =
+      disturbance::lower_factor(disturbance::StationDisturbance(d, field, draws).correlation());
+  for (std::size_t j = 0; j < draws.size(); ++j) {
+    out.sources.push_back(effects.sources[draws[j].source]);
+    const std::size_t first = out.star.size();
+    out.star.resize(first + n, Eigen::Vector3d::Zero());
+    out.full.resize(first + n, Eigen::Vector3d::Zero());
+    out.depth.resize(first + n, 0);
+    out.draw.resize(first + n, 1);
+    for (std::size_t i = j; i < draws.size(); ++i) {
+      const double x = factor(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      const std::size_t from = draws[i].source * n + draws[i].station, to = first + draws[i].station;
+      out.star[to] += x * effects.star[from];
+      out.full[to] += x * effects.full[from];
+      out.depth[to] += x * effects.depth[from];
+    }
+  }
+  return out;
+}
+
 void add_correlation(ToolCovariances& covariances, const StationEffects& effects, const std::vector<ToolRun>& runs,
                      const Disturbance& disturbance, const survey::ReferenceField& field, SourceDetail detail) {
   const std::map<std::string, Element> codes = disturbed_codes(runs);

@@ -34,6 +34,12 @@ DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolR
 /// The same errors to second moments by independent draws, for predictions (mixed_draws).
 WellErrors with_independent_draws(const WellErrors& errors, const DisturbedDraws& disturbed);
 
+/// The same effects to second moments by independent draws: each draw of a disturbed source becomes a source of its
+/// own, of mode R and with one draw along the well. Memory is cubic in the disturbed sources and quadratic in the
+/// stations.
+StationEffects with_independent_draws(const StationEffects& effects, const std::vector<ToolRun>& runs,
+                                      const disturbance::Disturbance& disturbance, const survey::ReferenceField& field);
+
 /// Adds to covariances what the correlation of the station's errors gives them: with v_k the effect of a term at
 /// station k on a position, the sum of v_j v_k' rho(j, k) in place of that of v_k v_k'. That between two elements is in
 /// the total alone, not in that of a source. `effects`: of all sources. Time is quadratic in the stations.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "propagate/disturbed_errors.h"
+
 namespace surveymc::proximity {
 
 using Eigen::Matrix3d;
@@ -101,11 +103,18 @@ void sum_effects(const StationEffects& e, std::size_t first, PositionErrors& out
 
 PositionErrors position_errors(const survey::Survey& survey, const std::vector<double>& tvd,
                                const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
-                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out) {
+                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out,
+                               const disturbance::Disturbance* disturbance) {
+  const bool is_disturbed = disturbance != nullptr && disturbance->has_memory();
   StationEffects effects;
   propagate::ToolCovariances own =
       propagate::tool_covariances(survey, tvd, runs, field, latitude, propagate::SourceDetail::none, &effects,
-                                  interpolation == Interpolation::covariance);
+                                  interpolation == Interpolation::covariance && !is_disturbed);
+  if (is_disturbed) {
+    propagate::add_correlation(own, effects, runs, *disturbance, field, propagate::SourceDetail::none);
+    if (interpolation == Interpolation::effects)
+      effects = propagate::with_independent_draws(effects, runs, *disturbance, field);
+  }
   PositionErrors w;
   if (interpolation == Interpolation::effects) sum_effects(effects, 0, w);
   w.covariance = own.total;

@@ -16,6 +16,7 @@
 
 #include <Eigen/Core>
 
+#include "disturbance/station_disturbance.h"
 #include "propagate/tool_covariance.h"
 
 namespace surveymc::proximity {
@@ -42,10 +43,12 @@ struct PositionErrors {
 };
 
 /// The well with its sources of modes W and G that are one draw along all of it. `tvd`, `runs`, `latitude` as for
-/// tool_covariances(). `out`, if not null, gets what it returned, without sources.
+/// tool_covariances(). `out`, if not null, gets what it returned, without sources. `disturbance`: errors of the
+/// reference that are correlated in time, those of the runs that disturbed_runs() gave; null: none.
 PositionErrors position_errors(const survey::Survey& survey, const std::vector<double>& tvd,
                                const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
-                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out = nullptr);
+                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out = nullptr,
+                               const disturbance::Disturbance* disturbance = nullptr);
 
 /// C_k and X_k from the effects, draw by draw: the readable form. Stations before `first` have none.
 void sum_effects(const propagate::StationEffects& effects, std::size_t first, PositionErrors& out);

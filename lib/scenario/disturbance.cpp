@@ -101,9 +101,11 @@ Process read_process(config::ConfigReader& c, const std::string& kind, bool matc
   return p;
 }
 
-std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey) {
-  if (!c.has("disturbance.drilling_m_per_h") && !c.has("disturbance.connection_s") && c.has("survey.file")) {
-    const config::InputTable table = c.csv("survey.file", config::kMeaningElsewhere);
+std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, config::ConfigReader* offset) {
+  config::ConfigReader& of_file = offset != nullptr ? *offset : c;
+  const char* const file = offset != nullptr ? "file" : "survey.file";
+  if (!c.has("disturbance.drilling_m_per_h") && !c.has("disturbance.connection_s") && of_file.has(file)) {
+    const config::InputTable table = of_file.csv(file, config::kMeaningElsewhere);
     const std::vector<double> listed = config::times_from_table(table);
     if (listed.size() == survey.stations.size()) return listed;
     if (!listed.empty()) {  // stations were put between those of the file
@@ -126,7 +128,8 @@ std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& su
 
 }  // namespace
 
-std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const survey::Survey& survey) {
+std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const survey::Survey& survey,
+                                            config::ConfigReader* offset) {
   if (!c.has("disturbance.kind")) return std::nullopt;
   Disturbance d;
   const std::string kind = c.choice(
@@ -143,7 +146,7 @@ std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const surve
   d.process = read_process(c, kind, d.match_variance);
   c.require(d.keeps_normals() || !disturbance::covariance(d.process, 0).isZero(0), "disturbance.kind",
             "the disturbance is 0 everywhere: give its sizes in nT");
-  d.times = read_times(c, survey);
+  d.times = read_times(c, survey, offset);
   for (const double minutes :
        c.numbers("disturbance.lags_min", config::Range::positive(), "lags of the table `disturbance`, minutes", -1,
                  std::vector<double>{10, 30, 60, 120, 240}))

@@ -10,8 +10,10 @@
 namespace surveymc::scenario {
 
 /// The disturbance, if the config has one, at the stations of `survey`. Times: column `time_s` of survey.file, or
-/// `drilling_m_per_h` and `connection_s`.
-std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey);
+/// `drilling_m_per_h` and `connection_s`. `offset`: the [[offset]] whose survey it is, and whose `file` may have the
+/// column.
+std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey,
+                                                         config::ConfigReader* offset = nullptr);
 
 /// Table `disturbance`: of each element sd, kurtosis, share beyond three sd and autocorrelation, as predicted and as
 /// the first trials draw them; null: nothing is drawn. Of Disturbance::keeps_normals() the elements are in units of

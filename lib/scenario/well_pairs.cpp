@@ -13,6 +13,8 @@
 #include "compare/table_rows.h"
 #include "config/meanings.h"
 #include "config/suggest.h"
+#include "propagate/disturbed_errors.h"
+#include "scenario/disturbance.h"
 #include "scenario/input_remarks.h"
 #include "scenario/scenario.h"
 #include "scenario/survey_spacing.h"
@@ -377,9 +379,28 @@ std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interp
                                                            std::vector<propagate::NonFiniteTerm>& non_finite) {
   propagate::ToolCovariances covariances;
   auto errors = std::make_shared<proximity::PositionErrors>(
-      proximity::position_errors(w.survey, w.tvd, w.tools.runs, w.field, w.latitude, interpolation, &covariances));
+      proximity::position_errors(w.survey, w.tvd, w.tools.runs, w.field, w.latitude, interpolation, &covariances,
+                                 w.disturbance ? &*w.disturbance : nullptr));
   non_finite = covariances.non_finite;
   return errors;
+}
+
+/// In the models of all wells. After everything that reads these: a disturbed model is not disturbed again.
+void read_disturbances(config::ConfigReader& c, std::vector<config::ConfigReader>& offsets, Scenario& s) {
+  const auto disturb = [&](Well& w, config::ConfigReader* offset) {
+    w.disturbance = read_disturbance(c, w.survey, offset);
+    if (!w.disturbance) return;
+    c.require(
+        !w.kickoff, "disturbance.kind",
+        fmt::format("\"{}\" is a sidetrack, and drilled at another time than the hole that it leaves: not together "
+                    "with kickoff_md_m",
+                    w.name));
+    w.tools.runs = c.place("disturbance.kind").with_place([&] {
+      return propagate::disturbed_runs(w.tools.runs, *w.disturbance, w.field);
+    });
+  };
+  disturb(s.reference, nullptr);
+  for (std::size_t i = 0; i < offsets.size(); ++i) disturb(s.offsets[i], &offsets[i]);
 }
 
 /// `error_model.outside_range` of the config holds for all wells.
@@ -432,6 +453,7 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
     any_grid = any_grid || uses_grid(entry);
   }
   if (any_grid) ask_for_north_of_slots(c, s, north);
+  read_disturbances(c, offsets, s);
   s.rule.scale_factor =
       c.number("separation.scale_factor", config::Range::positive(), "k of the separation rule", s.rule.scale_factor);
   s.rule.surface_margin = c.number("separation.surface_margin_m", config::Range::non_negative(),
@@ -476,7 +498,10 @@ void scale_models(config::ConfigReader& c, WellPairs& s) {
 }
 
 propagate::WellErrors drawn_errors(const SurveyedWell& w, const ToolRuns& tools, propagate::VerticalRule vertical) {
-  return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, vertical);
+  propagate::WellErrors errors = propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, vertical);
+  if (!w.disturbance || !w.disturbance->has_memory()) return errors;
+  return propagate::with_independent_draws(errors,
+                                           propagate::disturbed_draws(errors, tools.runs, *w.disturbance, w.field));
 }
 
 std::vector<compare::Warning> warnings_of(const SurveyedWell& w,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/config.h"
+#include "disturbance/station_disturbance.h"
 #include "propagate/well_errors.h"
 #include "proximity/pair_scan.h"
 #include "scenario/error_models.h"
@@ -32,6 +33,7 @@ struct SurveyedWell {
   double hole_diameter = 0;                 ///< m
   std::optional<std::size_t> kickoff = {};  ///< of a sidetrack: the station down to which it is the reference
   config::ConfigPlace model_place = {};     ///< where its error model is named
+  std::optional<disturbance::Disturbance> disturbance = {};  ///< its terms are in the models of `tools`
 };
 
 /// How shared errors of two wells are taken into account.
@@ -55,7 +57,8 @@ struct WellPairs {
 };
 
 /// `[survey]`, `[field]`, `[error_model]`, `[[leg]]` of the reference, `[[offset]]`, and of `[separation]`
-/// `scale_factor, surface_margin_m, project_ahead_m, interpolation, formulations`.
+/// `scale_factor, surface_margin_m, project_ahead_m, interpolation, formulations`; `[disturbance]`, whose draws in two
+/// wells are independent: they are drilled at different times. Not with a sidetrack.
 WellPairs read_well_pairs(config::ConfigReader& config);
 
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "propagate/drawn_well.h"
+#include "proximity/pair_errors.h"
 #include "survey/minimum_curvature.h"
 #include "tools.h"
 
@@ -46,6 +47,10 @@ struct Case {
     add_correlation(c, effects, runs, disturbance_, field, SourceDetail::all);
     return c;
   }
+  proximity::PositionErrors pair_errors(proximity::Interpolation how) const {
+    return proximity::position_errors(survey, survey::true_vertical_depths(survey), runs, field, 60 * kDegree, how,
+                                      nullptr, &disturbance_);
+  }
 
  private:
   disturbance::Disturbance disturbance_;
@@ -80,6 +85,26 @@ TEST_CASE("Covariances with a disturbance: sums of effects, and effects of indep
     for (const std::size_t k : {std::size_t{1}, std::size_t{2}, std::size_t{17}, std::size_t{39}}) {
       const Matrix3d by_draws = covariance_of(draw_effects(independent, {k, 1}, FirstOrder::iscwsa));
       CHECK((sums.total[k] - by_draws).norm() < 1e-6 * by_draws.trace());
+    }
+  }
+}
+
+TEST_CASE("Errors of a pair's well with a disturbance are those of independent draws, at stations and between them") {
+  for (const auto& d : {ar1(7000), ar1(7000, false), waves(true)}) {
+    const Case c("MWD+IFR1+AX", d);
+    const WellErrors independent = with_independent_draws(c.errors, *c.disturbed);
+    const proximity::PositionErrors linear = c.pair_errors(proximity::Interpolation::covariance),
+                                    drawn = c.pair_errors(proximity::Interpolation::effects);
+    CHECK(linear.sources.size() == drawn.sources.size());  // R is none that wells share
+    for (const std::size_t k : {std::size_t{2}, std::size_t{17}, std::size_t{38}}) {
+      const Eigen::Matrix3Xd here = draw_effects(independent, {k, 1}, FirstOrder::iscwsa),
+                             next = draw_effects(independent, {k + 1, 1}, FirstOrder::iscwsa);
+      CHECK((linear.covariance[k] - covariance_of(here)).norm() < 1e-6 * covariance_of(here).trace());
+      CHECK(linear.covariance[k] == drawn.covariance[k]);
+      for (const double f : {0.3, 0.5}) {
+        const Matrix3d between = covariance_of(Eigen::Matrix3Xd((1 - f) * here + f * next));
+        CHECK((drawn.covariance_at(k, f) - between).norm() < 1e-6 * between.trace());
+      }
     }
   }
 }
