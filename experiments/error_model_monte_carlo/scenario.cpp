@@ -129,6 +129,27 @@ std::vector<std::string> read_formulations(config::ConfigReader& c, bool laws) {
 
 }  // namespace
 
+namespace {
+
+/// The rest of a config with `[[event]]`.
+void read_event_scenario(config::ConfigReader& c, Scenario& s) {
+  c.require(s.sources == Sources::total, "errors.sources", "must be \"total\" where [[event]] is given");
+  c.require(!s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1, "disturbance.kind",
+            "events are regions of normals, and only \"ar1\" is normal: must be \"ar1\" where [[event]] is given");
+  s.report_md = read_report_depths(c, s.survey);
+  const std::string key = c.has("report_md_ft") ? "report_md_ft" : "report_md_m";
+  c.require(s.report_md.size() == 1 && survey::station_at(s.survey, s.report_md.front()), key,
+            "must be one station where [[event]] is given");
+  s.event_run = events::read_event_run(c);
+  s.annotations = events::read_event_annotations(c, {"first_order", "normal"});
+  std::vector<events::EventQuantity> quantities;
+  for (const std::string& q : kEventQuantities) quantities.push_back({q});
+  s.events = events::read_events(c, quantities);
+  c.finish();
+}
+
+}  // namespace
+
 bool is_for_quadrature(const propagate::ErrorSource& source) {
   return source.mode != error_model::PropagationMode::random && source.draws.size() <= propagate::kMostQuadratureDraws;
 }
@@ -168,6 +189,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "\"quadrature\" is of normal errors: not together with reference_law");
   c.require(!s.disturbance || !s.laws.any() || !s.laws.random, "reference_law.modes",
             "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R");
+  if (events::has_events(c)) {
+    read_event_scenario(c, s);
+    return s;
+  }
   if (s.samples()) s.tails = compare::read_tail_rule(c, s.laws);
   c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
             "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");

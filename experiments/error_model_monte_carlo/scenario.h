@@ -9,6 +9,7 @@
 #include "compare/trial_plan.h"
 #include "compare/verdict.h"
 #include "disturbance/station_disturbance.h"
+#include "events/event_study.h"
 #include "propagate/well_errors.h"
 #include "random/study_id.h"
 #include "scenario/error_models.h"
@@ -46,6 +47,8 @@ struct Scenario {
   compare::VerdictRule verdict;
   compare::Annotations annotations;
   config::ConfigPlace model_place;
+  std::vector<events::EventRule> events;  ///< not empty: the run is one of events, and report_md one station
+  events::EventRun event_run;
 
   bool samples() const { return sources != Sources::quadrature; }
 };
@@ -57,6 +60,12 @@ bool is_for_quadrature(const propagate::ErrorSource& source);
 /// Two of first order, and those of orders::kFormulationNames beyond it.
 inline const std::vector<std::string> kFormulations{"iscwsa",    "minimum_curvature", "second",
                                                     "unscented", "cubature5",         "profile"};
+/// What an event may be about: the error at the reported depth along a direction, and its size in predicted sds.
+inline const std::vector<std::string> kEventQuantities{
+    "north_m",     "east_m",     "vertical_m",     "high_side_m",     "lateral_m",     "along_hole_m",
+    "north_in_sd", "east_in_sd", "vertical_in_sd", "high_side_in_sd", "lateral_in_sd", "along_hole_in_sd"};
+constexpr std::size_t kFirstInSd = 6;
+
 inline bool is_first_order(const std::string& formulation) {
   return formulation == "iscwsa" || formulation == "minimum_curvature";
 }

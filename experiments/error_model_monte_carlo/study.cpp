@@ -511,15 +511,18 @@ std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
 
 namespace {
 
+/// What a trial costs: it draws every source at every station.
+double trial_cost(const Scenario& s) {
+  double terms = 0;
+  for (const propagate::ToolRun& run : s.tools.runs) terms += static_cast<double>(run.model->terms.size());
+  return s.survey.size() * terms;
+}
+
 class ErrorModelMonteCarloPlan final : public study::PlanOfPoint<Scenario, ErrorModelMonteCarlo> {
  public:
   using PlanOfPoint::PlanOfPoint;
-  /// A trial draws every source at every station; without trials it is the prediction.
-  double cost() const override {
-    double terms = 0;
-    for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
-    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.trial_plan.trials));
-  }
+  /// Without trials it is the prediction.
+  double cost() const override { return trial_cost(s_) * std::max(1.0, static_cast<double>(s_.trial_plan.trials)); }
 };
 
 }  // namespace
@@ -528,7 +531,13 @@ study::Experiment experiment() {
   return {random::StudyId::error_model_monte_carlo,
           "Every source of an error model drawn through nonlinear minimum curvature, against its covariance",
           "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes; Williamson 2000, section on assumptions",
-          study::plan_of<ErrorModelMonteCarloPlan, read_scenario>};
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            Scenario s = read_scenario(config, seed);
+            if (s.events.empty()) return std::make_unique<ErrorModelMonteCarloPlan>(std::move(s));
+            return events::event_plan(
+                s.event_run, s.annotations, random::stream_of(s.seed), [s] { return events_of(s); },
+                montecarlo::kBlockTrials, trial_cost(s));
+          }};
 }
 
 }  // namespace surveymc::studies::error_model_monte_carlo

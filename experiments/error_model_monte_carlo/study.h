@@ -68,6 +68,9 @@ inline Eigen::Index column_of(std::size_t formulation, int which) {
   return 3 + kPerFormulation * static_cast<Eigen::Index>(formulation) + which;
 }
 
+/// The events of a scenario that has some. Throws InputError where a well cannot be drawn, or nothing moves it.
+std::vector<events::TrialEvent> events_of(const Scenario& scenario);
+
 class ErrorModelMonteCarlo final : public study::StudyPoint {
  public:
   explicit ErrorModelMonteCarlo(Scenario scenario);

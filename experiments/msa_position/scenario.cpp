@@ -35,7 +35,6 @@ void read_laws(config::ConfigReader& c, Scenario& s) {
             "is of a reference that is drawn: give noise.reference.per");
   s.noise.reference_total *= s.laws.of(random::ReferenceElement::total).sd;
   s.noise.reference_dip *= s.laws.of(random::ReferenceElement::dip).sd;
-  if (s.with_position) s.tails = compare::read_tail_rule(c, s.laws);
 }
 
 /// The errors of the reference that are new at every station become a function of time.
@@ -67,10 +66,13 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
   read_model(c, s);
   c.require(s.noise.law == sensor::NoiseLaw::gaussian, "noise.law",
             "events are regions of normals: must be \"gaussian\" where [[event]] is given");
+  read_laws(c, s);
+  if (c.has("disturbance"))
+    c.fail("disturbance", "not together with [[event]]: the normals of an event have no time; leave one out");
   s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.control_variate = false;
   s.event_run = events::read_event_run(c);
-  s.annotations = events::read_event_annotations(c, {"first_order"});
+  s.annotations = events::read_event_annotations(c, {"first_order", "normal"});
   std::vector<events::EventQuantity> quantities;
   for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});
   s.events = events::read_events(c, quantities);
@@ -99,6 +101,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   read_model(c, s);
   read_laws(c, s);
+  if (s.with_position) s.tails = compare::read_tail_rule(c, s.laws);
   read_disturbance(c, s);
   s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",

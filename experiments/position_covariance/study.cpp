@@ -228,7 +228,10 @@ class PositionCovariance final : public study::StudyPoint {
     r.tables.push_back(gyro_table(s.survey, s.tools, result));
     r.tables.push_back(published_table(published, s.margin));
     r.tables.push_back(uncertainty_table(s.survey, result, s.report));
-    if (s.tails.wanted) r.tables.push_back(tails_table(s));
+    if (s.tails.wanted) {
+      r.tables.push_back(tails_table(s));
+      r.tables.push_back(compare::laws_table(s.laws, {}, nullptr, nullptr, compare::VerdictRule{}.confidence));
+    }
     std::vector<compare::Warning> warnings = scenario::validity_warnings(s.survey, s.tools, validity);
     scenario::add_spacing_warning(warnings, s.survey, s.tvd, s.tools, s.field, s.latitude);
     r.tables.push_back(compare::warnings_table(warnings));

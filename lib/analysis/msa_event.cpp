@@ -1,5 +1,6 @@
 #include "analysis/msa_event.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/units.h"
@@ -7,19 +8,53 @@
 
 namespace surveymc::analysis {
 
-MsaEvent::MsaEvent(const MsaTrials& trials, const estimate::Estimator& estimator, const MsaEventRule& rule)
+MsaEvent::MsaEvent(const MsaTrials& trials, const estimate::Estimator& estimator, const MsaEventRule& rule,
+                   const sensor::ReferenceMixing& mixing)
     : trials_(trials),
       estimator_(estimator),
       rule_(rule),
       normals_(sensor::reading_normals(trials.survey.size(), trials.noise, trials.spread)),
       md_(trials.survey.md()),
-      position_(survey::minimum_curvature_positions(trials.survey).back()) {}
+      position_(survey::minimum_curvature_positions(trials.survey).back()) {
+  for (const random::MixingSlot& slot : mixing.slots) {
+    const std::uint32_t call = slot.index / 4;
+    const auto at = std::find_if(mixing_calls_.begin(), mixing_calls_.end(), [&](const sensor::NormalAddress& a) {
+      return a.channel == slot.channel && a.call == call;
+    });
+    const auto number = static_cast<std::uint32_t>(at - mixing_calls_.begin());
+    if (at == mixing_calls_.end()) mixing_calls_.push_back({slot.channel, call});
+    mixing_.push_back({static_cast<std::uint32_t>(normals_.rows()) + 4 * number + slot.index % 4, slot.law, {}});
+  }
+  for (std::size_t i = 0; i < mixing.slot_of.size(); ++i)
+    if (const std::int32_t slot = mixing.slot_of[i]; slot >= 0)
+      mixing_[static_cast<std::size_t>(slot)].of.push_back(static_cast<std::uint32_t>(normals_.reference) +
+                                                           static_cast<std::uint32_t>(i));
+}
 
 void MsaEvent::evaluate(const survey::LaneArray& z, int groups, double* g) const {
   const int count = groups * simd::kGroup;
   survey::ReadingBlock readings = sensor::make_reading_block(count, trials_.survey.size(), trials_.noise);
-  sensor::readings_of_normals(trials_.clean, trials_.field, trials_.noise, trials_.spread, normals_, z, groups,
-                              readings);
+  const auto make = [&](const survey::LaneArray& normals) {
+    sensor::readings_of_normals(trials_.clean, trials_.field, trials_.noise, trials_.spread, normals_, normals, groups,
+                                readings);
+  };
+  if (mixing_.empty()) {
+    make(z);
+  } else {  // errors that are not normal, in the place of their normals
+    survey::LaneArray errors(groups, dimension());
+    for (int group = 0; group < groups; ++group) {
+      std::copy(z.row(group, 0), z.row(group, dimension()), errors.row(group, 0));
+      for (const rare::MixingNormal& m : mixing_)
+        for (int lane = 0; lane < simd::kGroup; ++lane) {
+          const random::MixingLaw::Draw d = m.law->draw(z.row(group, static_cast<int>(m.row))[lane]);
+          for (const std::uint32_t i : m.of) {
+            double& x = errors.row(group, static_cast<int>(i))[lane];
+            x = std::fma(d.factor, x, d.shift);
+          }
+        }
+    }
+    make(errors);
+  }
   estimate::EstimateBlock estimates(count);
   estimator_.solve(readings, estimates);
   survey::LaneArray position;
@@ -38,7 +73,10 @@ void MsaEvent::evaluate(const survey::LaneArray& z, int groups, double* g) const
     } else {
       const Eigen::Vector3d error(position.value(t, 0) - position_.x(), position.value(t, 1) - position_.y(),
                                   position.value(t, 2) - position_.z());
-      quantity = rule_.quantity == kMsaNorth ? error.x() : rule_.quantity == kMsaEast ? error.y() : error.norm();
+      quantity = rule_.quantity >= kMsaInSd    ? std::abs(rule_.direction.dot(error))
+                 : rule_.quantity == kMsaNorth ? error.x()
+                 : rule_.quantity == kMsaEast  ? error.y()
+                                               : error.norm();
     }
     g[t] = g_of(quantity);
   }

@@ -270,7 +270,9 @@ class EventPlan final : public study::PlanOf<PlannedEvents> {
       DrawnEvent d{std::move(event), {}, {}};
       const TrialEvent& e = d.of;
       d.prepared = prepare_event(s_.run.sampling, [&] {
-        return rare::prepare_proposal(*e.state, s_.stream, s_.run.sampling.preparing, e.starts);
+        const rare::PreparingOptions& options = s_.run.sampling.preparing;
+        return e.has_designs ? rare::prepare_from(*e.state, s_.stream, options, e.starts)
+                             : rare::prepare_proposal(*e.state, s_.stream, options, e.starts);
       });
       if (d.prepared.method == "union")
         d.prepared.of_union.emplace(rare::UnionSampler(e.half_spaces), e.half_spaces.size(), s_.stream);

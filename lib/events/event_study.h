@@ -47,6 +47,7 @@ struct TrialEvent {
   std::vector<std::pair<std::string, double>> predictions = {};  ///< formulation, probability; NaN: not known
   std::vector<rare::HalfSpace> half_spaces = {};                 ///< for method "union"; none: the event is no union
   std::vector<Eigen::VectorXd> starts = {};                      ///< of the preparing (rare::prepare_proposal)
+  bool has_designs = false;  ///< the starts are all of its design points, to first order: no pilots look for others
   config::ConfigPlace place = {};
 };
 

@@ -54,7 +54,7 @@ void ContactState::add_mixing(Side& side, const WellErrors& errors) {
     if (number < 0 || side.draw_rows[d] == 0xffffffffu) continue;
     const random::MixingSlot& slot = side.mixing.slots[static_cast<std::size_t>(number)];
     const auto row = static_cast<std::uint32_t>(row_of(slot.channel, slot.index));
-    auto at = std::find_if(mixing_.begin(), mixing_.end(), [&](const MixingNormal& m) { return m.row == row; });
+    auto at = std::find_if(mixing_.begin(), mixing_.end(), [&](const rare::MixingNormal& m) { return m.row == row; });
     if (at == mixing_.end()) at = mixing_.insert(at, {row, slot.law, {}});
     if (std::find(at->of.begin(), at->of.end(), side.draw_rows[d]) == at->of.end()) at->of.push_back(side.draw_rows[d]);
   }

@@ -11,6 +11,7 @@
 #include "proximity/drawn_contact.h"
 #include "proximity/drawn_pair.h"
 #include "rare/limit_state.h"
+#include "rare/mixing_normal.h"
 #include "rare/proposal.h"
 
 namespace surveymc::proximity {
@@ -43,13 +44,8 @@ class ContactState final : public rare::LimitState {
                               const propagate::WellPoint& reference_point,
                               const propagate::WellPoint& offset_point) const;
 
-  /// A normal whose quantile is the V of errors that last, its law, and the normals of these errors.
-  struct MixingNormal {
-    std::uint32_t row = 0;
-    std::shared_ptr<const random::MixingLaw> law;
-    std::vector<std::uint32_t> of;
-  };
-  const std::vector<MixingNormal>& mixing() const { return mixing_; }
+  /// Of errors that last.
+  const std::vector<rare::MixingNormal>& mixing() const { return mixing_; }
 
   /// Which draw a normal is: the source's code and mode, in which well.
   struct NormalName {
@@ -88,7 +84,7 @@ class ContactState final : public rare::LimitState {
   double radii_;
   std::vector<rare::NormalCall> calls_;
   std::vector<NormalName> names_;
-  std::vector<MixingNormal> mixing_;
+  std::vector<rare::MixingNormal> mixing_;
   Side reference_, offset_;
 };
 

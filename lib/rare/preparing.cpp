@@ -223,6 +223,22 @@ MatrixXd hits_of(const Round& r, int n) {
 
 }  // namespace
 
+Prepared prepare_from(const LimitState& state, const random::Stream& stream, const PreparingOptions& options,
+                      const std::vector<VectorXd>& points) {
+  constexpr double kKeep = 2.5, kLeastWide = 1.3;
+  constexpr int kRounds = 8;
+  Prepared out;
+  for (const VectorXd& z : points) out.designs.push_back({z, z.norm()});
+  sort_by_beta(out.designs);
+  const double beta = out.designs.front().beta;
+  std::erase_if(out.designs, [&](const DesignPoint& d) { return d.beta > beta + kKeep; });
+  if (out.designs.size() > static_cast<std::size_t>(options.max_components))
+    out.designs.resize(static_cast<std::size_t>(options.max_components));
+  out.proposal = adapt_proposal(state, stream, out.designs, basis_of(out.designs, state.dimension()), options,
+                                std::max(kLeastWide, beta / std::sqrt(3.0)), kRounds, true, out.evaluations);
+  return out;
+}
+
 MatrixXd basis_of(const std::vector<DesignPoint>& designs, int n) {
   constexpr int kAll = 4;
   constexpr double kNew = 1e-3;  // of a design point's length: below it adds no direction
