@@ -309,31 +309,69 @@ void fit_equations(const FitPlan& plan, const FitData& data, const std::array<T,
   out.cost = cost;
 }
 
-/// A = L D L' in place, of the first n unknowns: L below the diagonal, 1/D on it (simd/solve.h).
+/// A = L D L' in place, of the first n unknowns, a multiple of three: L below the diagonal, 1/D on it (simd/solve.h).
+/// Three columns at once: what they take away from the rest is summed in registers, column by column.
 template <class T>
 void factorise(std::size_t n, T* a) {
-  std::array<T, kUnknowns> scaled;
-  for (std::size_t k = 0; k < n; ++k) {
-    const T per_d = T(1.0) / a[packed(k, k)];
-    for (std::size_t i = k + 1; i < n; ++i) scaled[i] = a[packed(i, k)] * per_d;
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const T minus = -a[packed(i, k)];
-      T* row = a + packed(i, 0);
-      for (std::size_t j = k + 1; j <= i; ++j) row[j] = fma(minus, scaled[j], row[j]);
+  std::array<T, 3 * kUnknowns> minus;  // of each row: minus its three entries before they are divided by D
+  for (std::size_t k = 0; k < n; k += 3) {
+    T *row0 = a + packed(k, k), *row1 = a + packed(k + 1, k), *row2 = a + packed(k + 2, k);
+    const T one(1.0), per_d0 = one / row0[0], u10 = row1[0], u20 = row2[0], l10 = u10 * per_d0, l20 = u20 * per_d0,
+                      per_d1 = one / fma(-u10, l10, row1[1]), u21 = fma(-u20, l10, row2[1]), l21 = u21 * per_d1,
+                      per_d2 = one / fma(-u21, l21, fma(-u20, l20, row2[2]));
+    row0[0] = per_d0;
+    row1[0] = l10;
+    row1[1] = per_d1;
+    row2[0] = l20;
+    row2[1] = l21;
+    row2[2] = per_d2;
+    for (std::size_t i = k + 3; i < n; ++i) {
+      T* row = a + packed(i, k);
+      const T u0 = row[0], u1 = fma(-u0, l10, row[1]), u2 = fma(-u1, l21, fma(-u0, l20, row[2]));
+      row[0] = u0 * per_d0;
+      row[1] = u1 * per_d1;
+      row[2] = u2 * per_d2;
+      minus[3 * i] = -u0;
+      minus[3 * i + 1] = -u1;
+      minus[3 * i + 2] = -u2;
     }
-    for (std::size_t i = k + 1; i < n; ++i) a[packed(i, k)] = scaled[i];
-    a[packed(k, k)] = per_d;
+    for (std::size_t i = k + 3; i < n; i += 3)
+      for (std::size_t j = k + 3; j <= i; j += 3)
+#pragma GCC unroll 3
+        for (std::size_t u = 0; u < 3; ++u)
+#pragma GCC unroll 3
+          for (std::size_t v = 0; v < 3; ++v) {
+            if (j + v > i + u) continue;
+            const T *left = minus.data() + 3 * (i + u), *right = a + packed(j + v, k);
+            T& entry = a[packed(i + u, j + v)];
+            entry = fma(left[2], right[2], fma(left[1], right[1], fma(left[0], right[0], entry)));
+          }
   }
 }
 
 /// Solves A x = b from factorise().
 template <class T>
 void solve_factorised(std::size_t n, const T* f, T* x) {
-  for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t i = k + 1; i < n; ++i) x[i] = fma(-f[packed(i, k)], x[k], x[i]);
+  for (std::size_t k = 0; k < n; k += 3) {
+    const T *row1 = f + packed(k + 1, k), *row2 = f + packed(k + 2, k);
+    const T x0 = x[k], x1 = fma(-row1[0], x0, x[k + 1]), x2 = fma(-row2[1], x1, fma(-row2[0], x0, x[k + 2]));
+    x[k + 1] = x1;
+    x[k + 2] = x2;
+    for (std::size_t i = k + 3; i < n; ++i) {
+      const T* row = f + packed(i, k);
+      x[i] = fma(-row[2], x2, fma(-row[1], x1, fma(-row[0], x0, x[i])));
+    }
+  }
   for (std::size_t i = 0; i < n; ++i) x[i] = x[i] * f[packed(i, i)];
-  for (std::size_t k = n; k-- > 1;)
-    for (std::size_t i = 0; i < k; ++i) x[i] = fma(-f[packed(k, i)], x[k], x[i]);
+  for (std::size_t k = n; k > 0; k -= 3) {
+    const T *row1 = f + packed(k - 2, 0), *row2 = f + packed(k - 1, 0);
+    const T x2 = x[k - 1], x1 = fma(-row2[k - 2], x2, x[k - 2]),
+            x0 = fma(-row1[k - 3], x1, fma(-row2[k - 3], x2, x[k - 3]));
+    x[k - 2] = x1;
+    x[k - 3] = x0;
+    const T* row0 = f + packed(k - 3, 0);
+    for (std::size_t i = 0; i + 3 < k; ++i) x[i] = fma(-row0[i], x0, fma(-row1[i], x1, fma(-row2[i], x2, x[i])));
+  }
 }
 
 /// Diagonal of A^-1 from factorise(): sum_k (L^-1)_ki^2 / D_k.

@@ -14,7 +14,8 @@ struct FitRows {
   const FitPlan& plan;
   FitData data;
 
-  void operator()(const T* x, T* residual, T* jacobian) const {
+  template <class Mask>
+  void operator()(const T* x, T* residual, T* jacobian, const Mask& which) const {
     const T zero(0.0);
     const auto kinds = static_cast<std::size_t>(plan.kind_count);
     const Correction<T> c = correction_at(plan, x);
@@ -23,7 +24,8 @@ struct FitRows {
     for (int k = 0; k < data.stations; ++k) {
       const StationTerms<T> s = station_terms<T>(plan, c, gravity, magnetic, reference, T(1.0));
       for (std::size_t j = kFirst; j < kResiduals; ++j) {
-        *residual++ = s.r[j];
+        *residual = select(which, s.r[j], *residual);
+        ++residual;
         for (std::size_t a = 0; a < kinds; ++a, jacobian += 3) {
           const int kind = plan.kinds[a];
           std::array<T, 3> row;
@@ -43,7 +45,7 @@ struct FitRows {
             row = {zero, zero, zero};
           for (std::size_t i = 0; i < 3; ++i) {
             const std::size_t at = static_cast<std::size_t>(kind) + i;
-            jacobian[i] = plan.free[at] ? T(plan.scale[at]) * row[i] : zero;
+            jacobian[i] = select(which, plan.free[at] ? T(plan.scale[at]) * row[i] : zero, jacobian[i]);
           }
         }
       }

@@ -7,7 +7,7 @@
 
 namespace surveymc::multistation {
 
-inline constexpr int kSubsets = 60;
+inline constexpr int kSubsets = 60;  // a multiple of robust_kernel.h: kTogether
 /// Stations of a subset for p parameters: ceil(p / 2) + 1, at most all; each has at least two components.
 constexpr int subset_size(int parameters, int stations) {
   const int size = (parameters + 1) / 2 + 1;
