@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Tests under sanitizers, built with clang in folders of their own. A finding ends it with an error.
-#   scripts/sanitize.sh asan           unit tests of the modules that read files from outside, and of what these stand on
-#                                      (reader_tests), but those tagged [long]; address and undefined-behaviour sanitizers
+#   scripts/sanitize.sh asan           unit tests of the modules that read files from outside (reader_tests), but those
+#                                      tagged [long]; address and undefined-behaviour sanitizers
 #   scripts/sanitize.sh asan-all       all unit tests (some twenty minutes; nightly)
-#   scripts/sanitize.sh tsan           the tests of what has threads, thread sanitizer
-#   scripts/sanitize.sh tsan-studies   these, and every smoke config on three threads (some minutes more)
+#   scripts/sanitize.sh tsan           the tests of the loops in threads, thread sanitizer
+#   scripts/sanitize.sh tsan-studies   these, those of journals and parts, and every smoke config on three threads (nightly)
 # All loops in several threads are in lib/montecarlo/threads.cpp; they call the stages of the studies. The sanitizer does not
 # see how the threads of LLVM's OpenMP wait for each other, so that what that library does is ignored: threads.cpp shares by
 # a lock of its own all that changes.
@@ -45,7 +45,8 @@ case "${1:-}" in
     export TSAN_OPTIONS="allow_addr2line=1 halt_on_error=1 ignore_noninstrumented_modules=1 ${TSAN_OPTIONS:-}"
     build-tsan/tests/thread_tests
     [ "$1" = tsan-studies ] || exit 0
-    cmake --build build-tsan --target surveymc
+    cmake --build build-tsan --target surveymc checkpoint_tests
+    build-tsan/tests/checkpoint_tests
     folder=$(mktemp -d)
     trap 'rm -rf "$folder"' EXIT
     for config in configs/smoke/*.toml; do

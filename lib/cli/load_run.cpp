@@ -1,6 +1,7 @@
 #include "cli/load_run.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -40,12 +41,13 @@ config::Config config_with_changes(const RunArguments& a) {
 
 /// All that is wrong with a config, in a line each; `first` is what has ended its reading.
 [[noreturn]] void refuse_config(const RunArguments& a, const study::Experiment& experiment, const std::string& first) {
-  config::KeyTypes types;
-  const auto known = [&] {  // takes a second
-    if (!types.empty()) return types;
-    const store::Table keys = sweep::config_keys(experiment);
-    for (std::size_t row = 0; row < keys.rows(); ++row) types[keys.word("key", row)] = keys.word("type", row);
-    return types;
+  std::map<config::KeysOf, config::KeyTypes> types;
+  const auto known = [&](config::KeysOf which) {  // all of them take a second
+    const auto [it, is_new] = types.try_emplace(which);
+    if (!is_new) return it->second;
+    const store::Table keys = sweep::config_keys(experiment, which);
+    for (std::size_t row = 0; row < keys.rows(); ++row) it->second[keys.word("key", row)] = keys.word("type", row);
+    return it->second;
   };
   const std::vector<std::string> all = study::all_mistakes(experiment, config_with_changes(a), known, first);
   if (all.size() == 1) throw InputError(all.front());

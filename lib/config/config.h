@@ -98,6 +98,10 @@ class ConfigPlace {
 /// Keys, those of elements of arrays alike ("leg[].name"), and the types of value that their getters take.
 using KeyTypes = std::map<std::string, std::string>;
 
+/// Which keys of a study: those that the configs that come with the program use, which is known at once, or all.
+enum class KeysOf { shipped_configs, all_branches };
+using KnownKeys = std::function<KeyTypes(KeysOf)>;
+
 class Config;
 struct ConfigDocument;
 enum class Decides;
@@ -208,9 +212,9 @@ class ConfigReader {
 
   /// Everything that is wrong with the point that `read` reads, for who has seen that it cannot be read: unknown keys
   /// first, then what getters refuse. A getter gives its default or a sample then, and the reading goes on; what such a
-  /// stand-in may be to blame for is left out. `known` gives all keys of the study; it is called where the reading ends
-  /// early.
-  static std::vector<std::string> mistakes_of(Config& config, std::size_t point, const std::function<KeyTypes()>& known,
+  /// stand-in may be to blame for is left out. `known` gives keys of the study; it is called where the reading ends
+  /// early, for all branches where others than those of shipped configs are left.
+  static std::vector<std::string> mistakes_of(Config& config, std::size_t point, const KnownKeys& known,
                                               const std::function<void(ConfigReader&)>& read);
 
   /// A strict reader of a TOML file that no config names, relative to the working folder. Call its finish(), too.

@@ -106,8 +106,7 @@ static void ask_for_all(const TomlNode& at, const std::string& full, const std::
   }
 }
 
-std::vector<std::string> ConfigReader::mistakes_of(Config& config, std::size_t point,
-                                                   const std::function<KeyTypes()>& known,
+std::vector<std::string> ConfigReader::mistakes_of(Config& config, std::size_t point, const KnownKeys& known,
                                                    const std::function<void(ConfigReader&)>& read) {
   ConfigReader reader = config.reader(point);
   Point& p = *reader.point_;
@@ -120,8 +119,9 @@ std::vector<std::string> ConfigReader::mistakes_of(Config& config, std::size_t p
   }
   std::vector<Point::UnknownKey> unknown;
   p.find_unknown(p.root, "", unknown);
-  if (!unknown.empty() && !p.mistakes->is_whole()) {
-    ask_for_all(p.root, "", "", known(), p.asked, p.whole, p.arrays);
+  for (const KeysOf which : {KeysOf::shipped_configs, KeysOf::all_branches}) {
+    if (unknown.empty() || p.mistakes->is_whole()) break;
+    ask_for_all(p.root, "", "", known(which), p.asked, p.whole, p.arrays);
     unknown.clear();
     p.find_unknown(p.root, "", unknown);
   }

@@ -50,13 +50,16 @@ struct Columns {
   std::string place(std::size_t row) const { return fmt::format("{}:{}", table.path, table.lines[row]); }
 };
 
-/// Inclinations up to pi and azimuths up to 2 pi, of which several differ: hardly degrees, unless the hole is vertical.
-bool looks_like_radians(const Columns& c) {
-  const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
-  const double steepest = *std::max_element(inclination.begin(), inclination.end());
+/// Azimuths up to 2 pi, of which several differ.
+bool may_azimuths_be_radians(const Columns& c) {
+  const auto& azimuth = c.values(c.azimuth);
   const auto [least, most] = std::minmax_element(azimuth.begin(), azimuth.end());
-  if (!(steepest > 0.2 && steepest <= kPi && *least >= 0 && *most <= 2 * kPi)) return false;
-  return std::set<double>(azimuth.begin(), azimuth.end()).size() >= 3;
+  return *least >= 0 && *most <= 2 * kPi && std::set<double>(azimuth.begin(), azimuth.end()).size() >= 3;
+}
+
+/// And inclinations up to pi: hardly degrees, unless the hole is vertical.
+bool looks_like_radians(const Columns& c, double steepest) {
+  return steepest > 0.2 && steepest <= kPi && may_azimuths_be_radians(c);
 }
 
 void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
@@ -87,22 +90,25 @@ void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector
 }
 
 void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
-  if (looks_like_radians(c)) {
-    const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
+  const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
+  const double steepest = *std::max_element(inclination.begin(), inclination.end());
+  const double most = *std::max_element(azimuth.begin(), azimuth.end());
+  if (looks_like_radians(c, steepest))
     out.push_back({true, c.table.path + ": columns inclination_deg, azimuth_deg", "",
                    fmt::format("no inclination is larger than {:.4g}, and no azimuth than {:.4g}: these look like "
                                "radians; they must be degrees",
-                               *std::max_element(inclination.begin(), inclination.end()),
-                               *std::max_element(azimuth.begin(), azimuth.end())),
+                               steepest, most),
                    ""});
-  }
+  else if (steepest > kPi && may_azimuths_be_radians(c))  // one well in sixty goes there
+    out.push_back({false, c.table.path + ": column azimuth_deg", "",
+                   fmt::format("no azimuth is larger than {:.4g}", most),
+                   "does the well go due north, or are these radians, which must be degrees?"});
   for (std::size_t row = 0; row < c.table.rows(); ++row) {
-    const double azimuth = c.values(c.azimuth)[row];
-    if (azimuth >= 0 && azimuth <= 360) continue;
-    out.push_back(
-        {true, c.place(row), c.cell(c.azimuth, row),
-         fmt::format("must be in [0, 360]: {:.10g} if no digit is wrong", azimuth - 360 * std::floor(azimuth / 360)),
-         ""});
+    const double a = azimuth[row];
+    if (a >= 0 && a <= 360) continue;
+    out.push_back({true, c.place(row), c.cell(c.azimuth, row),
+                   fmt::format("must be in [0, 360]: {:.10g} if no digit is wrong", a - 360 * std::floor(a / 360)),
+                   ""});
   }
   const std::vector<double> doglegs = survey::doglegs(survey);
   for (std::size_t k = 1; k < survey.stations.size(); ++k) {

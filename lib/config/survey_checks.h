@@ -23,9 +23,9 @@ struct SurveyFinding {
 /// Unusual values in `table`, from which survey_from_table() has made `survey`. Refused:
 ///   angles that look like radians; an azimuth outside [0, 360]; a negative measured depth, or one beyond 16 km, which
 ///   no well has; a hole that turns back (by more than 179 degrees between neighbours).
-/// Warned of: a dogleg of more than 30 deg/30 m, which no tool drills (and 3 degrees in all, so that stations close to
-/// each other do not count their noise); a step in depth that looks like a typing error, thirty times the usual one and
-/// more than 1.5 km.
+/// Warned of: azimuths alone that may be radians; a dogleg of more than 30 deg/30 m, which no tool drills (and 3
+/// degrees in all, so that stations close to each other do not count their noise); a step in depth that looks like a
+/// typing error, thirty times the usual one and more than 1.5 km.
 std::vector<SurveyFinding> unusual_in_survey(const InputTable& table, const survey::Survey& survey);
 
 }  // namespace surveymc::config

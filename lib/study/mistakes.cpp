@@ -5,7 +5,7 @@
 namespace surveymc::study {
 
 std::vector<std::string> all_mistakes(const Experiment& experiment, config::Config config,
-                                      const std::function<config::KeyTypes()>& known, const std::string& first) {
+                                      const config::KnownKeys& known, const std::string& first) {
   constexpr std::size_t kMostPoints = 100, kMostMistakes = 40;
   std::vector<std::size_t> points;
   if (config.point_count() > kMostReadWhole)

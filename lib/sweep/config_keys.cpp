@@ -48,6 +48,7 @@ class Explorer {
   void explore(std::set<Supposition>& done) {
     constexpr int kMostReads = 2000, kDeepest = 12;
     std::set<Supposition> tried = done;
+    std::set<std::vector<Supposition>> known;  // in order, but for the last, on which depends what comes next
     std::deque<std::vector<Supposition>> open{{}};
     for (int reads = 0; !open.empty() && reads < kMostReads; ++reads) {
       const std::vector<Supposition> now = std::move(open.front());
@@ -60,9 +61,13 @@ class Explorer {
         // What a branch misses is tried in that branch; everything else once, wherever it shows first.
         const bool is_for_branch = s.first == log_->missing || s.first == log_->refused;
         if (!is_for_branch && !tried.insert({config::KeyLog::without_indices(s.first), s.second}).second) continue;
-        open.push_back(now);
-        std::erase_if(open.back(), [&](const Supposition& old) { return old.first == s.first; });
-        open.back().push_back(s);
+        std::vector<Supposition> more = now;
+        std::erase_if(more, [&](const Supposition& old) { return old.first == s.first; });
+        more.push_back(s);
+        // Branches meet, and a key that is given, refused and left out in turn would lead round for ever.
+        std::vector<Supposition> as_set = more;
+        std::sort(as_set.begin(), as_set.end() - 1);
+        if (known.insert(std::move(as_set)).second) open.push_back(std::move(more));
       }
     }
     suppose({});
@@ -217,7 +222,7 @@ std::string shortened_example(const std::string& key, const config::KeyUse& use)
 
 }  // namespace
 
-std::vector<ListedKey> listed_keys(const study::Experiment& experiment) {
+std::vector<ListedKey> listed_keys(const study::Experiment& experiment, config::KeysOf which) {
   const auto log = std::make_shared<config::KeyLog>();
   std::vector<Explorer> examples;
   const std::string line = fmt::format("\nexperiment = \"{}\"\n", experiment.name());
@@ -227,7 +232,8 @@ std::vector<ListedKey> listed_keys(const study::Experiment& experiment) {
   std::size_t points = 0;
   for (Explorer& e : examples) points += e.read_points(seen);
   std::set<Supposition> done;
-  for (Explorer& e : examples) e.explore(done);
+  if (which == config::KeysOf::all_branches)
+    for (Explorer& e : examples) e.explore(done);
 
   std::vector<ListedKey> listed;
   const std::map<std::string, config::KeyUse> general = config::keys_of_every_file(log->keys);
@@ -244,9 +250,9 @@ std::vector<ListedKey> listed_keys(const study::Experiment& experiment) {
   return listed;
 }
 
-store::Table config_keys(const study::Experiment& experiment) {
+store::Table config_keys(const study::Experiment& experiment, config::KeysOf which) {
   compare::TableRows t(experiment.name(), "keys of its configs: " + experiment.summary);
-  for (const auto& [key, usual, use, is_required] : listed_keys(experiment)) {
+  for (const auto& [key, usual, use, is_required] : listed_keys(experiment, which)) {
     t.word("key", "with the names of its tables; [] in an array of tables", key);
     t.word("type", "", type_of(use));
     t.word("unit", "", config::unit_of_key(key));

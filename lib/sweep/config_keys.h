@@ -18,7 +18,8 @@ struct ListedKey {
 };
 
 /// The rows of config_keys().
-std::vector<ListedKey> listed_keys(const study::Experiment& experiment);
+std::vector<ListedKey> listed_keys(const study::Experiment& experiment,
+                                   config::KeysOf which = config::KeysOf::all_branches);
 
 /// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example,
 /// meaning`, all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other keys", "-"
@@ -26,7 +27,8 @@ std::vector<ListedKey> listed_keys(const study::Experiment& experiment);
 ///
 /// The reader reads all points of the configs that come with the program; then each config again with one supposition
 /// after the other (another word of a choice, a switch, a table that is not there), and, where that makes it miss keys,
-/// with these. So it also shows the keys of branches that no config takes. Takes a second at most.
-store::Table config_keys(const study::Experiment& experiment);
+/// with these. So it also shows the keys of branches that no config takes. Takes some seconds
+/// at most; without suppositions, for the keys of shipped configs alone, a twentieth of that.
+store::Table config_keys(const study::Experiment& experiment, config::KeysOf which = config::KeysOf::all_branches);
 
 }  // namespace surveymc::sweep

@@ -29,7 +29,7 @@ void read_small_study(ConfigReader& c) {
 std::vector<std::string> mistakes_in(const std::string& body) {
   Config config = Config::from_text("experiment = 'e'\n" + body, "t.toml", {});
   return ConfigReader::mistakes_of(
-      config, 0, [] { return kKeysOfStudy; }, read_small_study);
+      config, 0, [](KeysOf) { return kKeysOfStudy; }, read_small_study);
 }
 
 using Told = std::vector<std::string>;

@@ -44,6 +44,12 @@ TEST_CASE("Radians are refused") {
   CHECK(f.is_refused);
   CHECK_THAT(f.in_words(),
              Contains("no inclination is larger than 0.35, and no azimuth than 1.3: these look like radians"));
+  const SurveyFinding azimuths = only("0,0,5.1\n30,3,5.1\n60,6,5.2\n90,9,5.3\n");
+  CHECK_FALSE(azimuths.is_refused);
+  CHECK(azimuths.in_words() ==
+        "w.csv: column azimuth_deg: no azimuth is larger than 5.3: does the well go due north, or are these radians, "
+        "which must be degrees?");
+  CHECK(findings("0,0,5.1\n30,3,5.1\n60,6,5.2\n90,9,6.5\n").empty());
 }
 
 TEST_CASE("A dogleg that no tool drills is a warning, a hole that turns back is refused") {

@@ -130,6 +130,8 @@ def check_site(folder, source):
     from sphinx.search.en import SearchEnglish  # only where the site can be built
     stem, (words, entries) = SearchEnglish({}).stem, searched(folder)
     keys = set(re.findall(r"^\| `([^`]+)`", (source / "docs/keys.md").read_text(), re.M))
+    if not keys:
+        bad.append("docs/keys.md: no key is found in its tables")
     for key in sorted(keys):
         if key.lower() not in entries:
             bad.append(f"search does not lead to the key {key}")

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes docs/keys.md out of the program, which knows every config key: key_tables.py SURVEYMC [PAGE] [--check]
+"""Writes docs/keys.md out of the program, which knows every config key: key_tables.py SURVEYMC [PAGE]
 
 The page has a table of the keys that all studies share, one of those that several share (equal in type, default, rule
-and meaning), and one a study with the rest. With --check nothing is written: exit code 1 if the page differs."""
+and meaning), and one a study with the rest. The test cli.keys sees to it that the page is what the program says."""
 import csv
 import io
 import subprocess
@@ -22,11 +22,14 @@ def ask(program, *arguments):
     return subprocess.run([program, *arguments], capture_output=True, text=True, check=True).stdout
 
 
+def shown(rows):
+    """Of the rows of `surveymc keys STUDY --csv` what the page has."""
+    return [tuple(row[c] for c in ("key", "type", "default", "rule", "meaning")) for row in rows]
+
+
 def rows_by_study(program):
     studies = [line.split()[0] for line in ask(program, "list").splitlines() if not line.startswith(" ")]
-    shown = ("key", "type", "default", "rule", "meaning")
-    return {s: [tuple(row[c] for c in shown) for row in csv.DictReader(io.StringIO(ask(program, "keys", s, "--csv")))]
-            for s in studies}
+    return {s: shown(csv.DictReader(io.StringIO(ask(program, "keys", s, "--csv")))) for s in studies}
 
 
 def cell(text):
@@ -43,8 +46,7 @@ def table(rows, more=None):
     return lines
 
 
-def page_of(program):
-    studies = rows_by_study(program)
+def page_of(studies):
     holders = defaultdict(list)
     for study, rows in studies.items():
         for row in rows:
@@ -65,14 +67,8 @@ def page_of(program):
 
 
 def main():
-    arguments = [a for a in sys.argv[1:] if a != "--check"]
-    page = Path(arguments[1]) if len(arguments) > 1 else Path(__file__).resolve().parents[2] / "docs/keys.md"
-    text = page_of(arguments[0])
-    if "--check" in sys.argv:
-        if page.read_text() != text:
-            sys.exit(f"{page}: not what the program says: run {Path(__file__).name} {arguments[0]}")
-        return
-    page.write_text(text)
+    page = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(__file__).resolve().parents[2] / "docs/keys.md"
+    page.write_text(page_of(rows_by_study(sys.argv[1])))
 
 
 if __name__ == "__main__":

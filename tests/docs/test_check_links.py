@@ -74,6 +74,10 @@ class Site(unittest.TestCase):
         self.search({"survey": 0, "file": 1}, ["survey"])
         self.wrong("search does not lead to the key survey.file")
 
+    def test_keys_in_another_form(self):
+        (self.folder / "docs/keys.md").write_text("* `survey.file`: a file\n")
+        self.wrong("no key is found")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -110,4 +110,6 @@ def draw(result_path, names, folder, point=None):
                 drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
         if cut and point is None:
             drawn.notes.append(f"{result_path}: figures of one point are of point 0 of 0 to {count - 1} ({cut[1]}); of another with --point N")
+    if drawn.files:  # that one of several drawers has nothing to draw is no news then
+        drawn.notes = [note for note in drawn.notes if ": nothing to draw" not in note]
     return drawn

@@ -210,5 +210,5 @@ def main():
             bars = draw_bars(file, arguments.md, arguments.order)
             figures = {} if bars is None else {"bars": bars}
     if not figures:
-        print(f"{arguments.result}: nothing to draw: bars are of several models and one well", file=sys.stderr)
+        print(f"{arguments.result}: nothing to draw: bars compare several error models at one well", file=sys.stderr)
     saving.save_all(figures, arguments)
