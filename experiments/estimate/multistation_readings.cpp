@@ -193,12 +193,9 @@ Candidate candidate(const OwnRun& r, const ms::ParameterSet& set, ms::Loss loss)
   c.loss = loss;
   c.options = r.options;
   c.options.parameters = set;
-  // tukey keeps the scale of its start, lmeds, for a tool in a hole. Not for an instrument: of its few shots the start
-  // fits one half and leaves the other out, for good if the scale stays (docs/studies/real_readings.md).
-  const bool is_tukey = loss == ms::Loss::tukey,
-             has_scale_of_start = is_tukey && r.options.residuals == ms::ResidualKind::survey;
+  const bool is_tukey = loss == ms::Loss::tukey;
   const ms::RobustOptions robust{.loss = loss,
-                                 .scale = has_scale_of_start ? ms::RobustScale::start : ms::RobustScale::reweighted,
+                                 .scale = is_tukey ? ms::RobustScale::start : ms::RobustScale::reweighted,
                                  .start = is_tukey ? ms::RobustStart::lmeds : r.start,
                                  .reweightings = 200,
                                  .newton_steps = 100,  // biases of an instrument may be as large as the field

@@ -16,7 +16,7 @@ int robust_components(const FitPlan& plan) {
 
 void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet& set, const RobustOptions& options,
                       const random::Stream& stream, std::uint64_t first_trial, FitBlock& out, RobustBlock& robust,
-                      const survey::LaneArray* given) {
+                      const survey::LaneArray* given, const std::array<double, kUnknowns>& start) {
   RobustBatch b{};
   b.fit = batch_of(r, plan, set, out, given);
   b.options = options;
@@ -50,6 +50,7 @@ void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const Paramete
     b.problem.subsets = subsets.data();
   }
   survey::LaneArray scratch(1, static_cast<int>(RobustMemory<double>::size(b.problem.shape)));
+  b.start = start.data();
   b.scratch = scratch.row(0, 0);
   b.weights = robust.weights.row(0, 0);
   b.weights_stride = robust.weights.group_stride();
@@ -63,9 +64,17 @@ RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOpti
                      const random::Stream& stream) {
   const FitPlan plan = fit_plan(o);
   const int count = static_cast<int>(stations.size());
+  const Fit squares = fit(stations, o);
+  std::array<double, kUnknowns> start{};
+  const std::array<double, 3> reference{squares.reference.gravity, squares.reference.total, squares.reference.dip};
+  for (int i = 0; squares.converged && i < plan.size(); ++i) {
+    const auto at = static_cast<std::size_t>(plan.kinds[static_cast<std::size_t>(i / 3)] + i % 3);
+    start[static_cast<std::size_t>(i)] =
+        (at < kParameters ? squares.tool[at] : reference[at - kParameters]) / plan.scale[at];
+  }
   FitBlock found(1, o);
   RobustBlock block(1, count);
-  robust_fit_block(block_of(stations), plan, o.parameters, robust, stream, 0, found, block);
+  robust_fit_block(block_of(stations), plan, o.parameters, robust, stream, 0, found, block, nullptr, start);
   require(found.converged.value(0, 0) != 0,
           "the robust fit of {} stations has no solution: too few of them, or no weight is left", count);
   RobustFit out;

@@ -3,6 +3,7 @@
 /// are found from their residuals (robust_kernel.h). A station's residual has the components Bh and Bv, and |g| where
 /// parameters of the accelerometers or the reference are estimated. A shared error of the reference is no gross error:
 /// the scale of the residuals includes it.
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -28,10 +29,11 @@ struct RobustBlock {
 
 /// Fills estimate, reference and converged of `out` (no variance, cost and iterations). `first_trial`, a multiple of
 /// kGroup, and `stream` address the subsets of the start lmeds. `given`: null, or row k the weight of station k of a
-/// least-squares fit that knows which stations to trust.
+/// least-squares fit that knows which stations to trust. `start`: unknowns of the plan, in units of its scales.
 void robust_fit_block(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set,
                       const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
-                      FitBlock& out, RobustBlock& robust, const survey::LaneArray* given = nullptr);
+                      FitBlock& out, RobustBlock& robust, const survey::LaneArray* given = nullptr,
+                      const std::array<double, kUnknowns>& start = {});
 
 /// One run.
 struct RobustFit {
@@ -43,8 +45,8 @@ struct RobustFit {
   double factor = 1;            ///< f: what the loss costs
   int reweightings = 0;
 };
-/// Throws InputError as fit(), where too few stations have any weight, and where the fit with the weights does not
-/// converge.
+/// Begins at least squares, which halves steps that are too long: tukey's subsets are linear about it. Throws
+/// InputError as fit(), where too few stations have any weight, and where the fit with the weights does not converge.
 RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOptions& options,
                      const RobustOptions& robust, const random::Stream& stream);
 

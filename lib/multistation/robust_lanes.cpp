@@ -11,9 +11,9 @@ using T = Lanes;
 
 template <int C>
 RobustOutcome<T> reweighted(const FitPlan& plan, const FitData& data, const RobustProblem& problem,
-                            const RobustOptions& options, T* memory) {
+                            const RobustOptions& options, const double* from, T* memory) {
   std::array<T, kUnknowns> start;
-  for (T& v : start) v = T(0.0);
+  for (int i = 0; i < plan.size(); ++i) start[static_cast<std::size_t>(i)] = T(from[i]);
   return reweight<T, C>(problem, options, FitRows<T, C>{plan, data}, start.data(), memory);
 }
 
@@ -29,8 +29,9 @@ void robust_batch(const RobustBatch& b) {
       RobustProblem problem = b.problem;
       if (problem.subsets) problem.subsets += group * b.subsets_stride;
       problem.given_weights = data.weight;
-      const RobustOutcome<T> out = shape.components == 2 ? reweighted<2>(plan, data, problem, b.options, memory)
-                                                         : reweighted<3>(plan, data, problem, b.options, memory);
+      const RobustOutcome<T> out = shape.components == 2
+                                       ? reweighted<2>(plan, data, problem, b.options, b.start, memory)
+                                       : reweighted<3>(plan, data, problem, b.options, b.start, memory);
       const RobustMemory<T> m(memory, shape);
       store_estimate(b.fit, group, lane, m.x);
       for (int k = 0; k < shape.stations; ++k)

@@ -63,7 +63,8 @@ struct RobustBatch {
   std::size_t subsets_stride = 0;  ///< numbers of stations from a group's subsets to the next one's
   double *weights, *scale, *reweightings;
   std::size_t weights_stride, scalar_stride;
-  double* scratch;  ///< RobustMemory::size values of a whole group, aligned to 64 bytes
+  const double* start;  ///< of all trials: unknowns of the plan, in units of its scales
+  double* scratch;      ///< RobustMemory::size values of a whole group, aligned to 64 bytes
 };
 
 SURVEYMC_KERNEL(void robust_batch(const RobustBatch& batch))
