@@ -32,7 +32,7 @@ class New(unittest.TestCase):
         """The files that a config names."""
         return [v for _, v in leaves(config) if isinstance(v, str) and v.endswith(".csv")]
 
-    def test_every_experiment_has_one_that_is_accepted(self):
+    def test_every_experiment_has_one_that_is_accepted_and_runs(self):
         for experiment in self.experiments():
             with self.subTest(experiment=experiment):
                 text = self.call("new", experiment)
@@ -46,6 +46,9 @@ class New(unittest.TestCase):
                 self.assertEqual(sorted(os.listdir(self.folder)), sorted(["mine.toml", f"{experiment}.schema.json", *self.data_of(config)]))
                 self.assertIn("wrote mine.toml", said)
                 self.assertIn("config hash", self.call("check", "mine.toml"))
+                few = ["--trials", 100] if "trials" in config else []
+                self.call("run", "mine.toml", "-o", "mine.h5", "--quiet", *few)
+                self.call("rerun", "mine.h5")
                 if self.data_of(config):  # without the data it is not: the message names the file that is missing
                     data = self.folder / self.data_of(config)[0]
                     data.rename(self.folder / "away")
@@ -53,21 +56,13 @@ class New(unittest.TestCase):
                 for path in self.folder.iterdir():
                     path.unlink()
 
-    def test_every_one_runs(self):
-        for experiment in self.experiments():
-            with self.subTest(experiment=experiment):
-                self.call("new", experiment, "-o", f"{experiment}.toml")
-                config = tomllib.loads((self.folder / f"{experiment}.toml").read_text())
-                few = ["--trials", 100] if "trials" in config else []
-                self.call("run", f"{experiment}.toml", "-o", f"{experiment}.h5", "--quiet", *few)
-                self.call("rerun", f"{experiment}.h5")
-
     def test_estimators_that_it_offers_are_accepted(self):
         """Those of 'estimator = "msa"   # or ...'."""
         tried = 0
         for experiment in self.experiments():
-            text = self.call("new", experiment, "-o", f"{experiment}.toml") and (self.folder / f"{experiment}.toml").read_text()
-            offer = re.search(r"(?m)^estimator = .*# or (.*)$", text)
+            offer = re.search(r"(?m)^estimator = .*# or (.*)$", self.call("new", experiment))
+            if offer:
+                self.call("new", experiment, "-o", f"{experiment}.toml")
             for name in re.findall(r'"(\w+)"', offer[1]) if offer else []:
                 with self.subTest(experiment=experiment, estimator=name):
                     self.call("check", f"{experiment}.toml", "--set", f"estimator={name}")
