@@ -28,6 +28,9 @@ TailRule read_tail_rule(config::ConfigReader& c, const random::ReferenceLaws& la
   if (!rule.wanted) return rule;
   rule.k = c.numbers("tails.k", config::Range::closed(0.1, 10),
                      "table `tails`: how often errors are beyond so many predicted sd", -1, rule.k);
+  for (std::size_t i = 1; i < rule.k.size(); ++i)
+    c.require(rule.k[i] > rule.k[i - 1] && row_name("", rule.k[i]) != row_name("", rule.k[i - 1]), "tails.k",
+              "must increase, and differ in the first six digits");
   rule.margin = c.number("tails.margin", config::Range::closed(0, 10),
                          "margin of the ratio of predicted to drawn probability in table `tails`", rule.margin);
   return rule;

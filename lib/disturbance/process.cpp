@@ -102,6 +102,10 @@ Eigen::Matrix3Xd draw(const Process& p, const std::vector<double>& times, const 
   return x;
 }
 
+double storms_of_run(const Process& p, double seconds) {
+  return p.storms * (seconds + p.rise + kLongestDecays * p.decay);
+}
+
 double kurtosis(const Process& p, const Eigen::RowVector3d& direction) {
   switch (p.kind) {
     case Kind::ar1:

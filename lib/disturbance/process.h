@@ -50,6 +50,10 @@ Eigen::Matrix3d covariance(const Process& process, double lag);
 Eigen::Matrix3Xd draw(const Process& process, const std::vector<double>& times, const random::Stream& stream,
                       std::uint64_t trial);
 
+/// How many storms a trial draws for a run that takes `seconds`, on average: those that still decay at its beginning
+/// among them.
+double storms_of_run(const Process& process, double seconds);
+
 /// Fourth moment over the squared second one, of the component along `direction`; NaN where it has no variance.
 double kurtosis(const Process& process, const Eigen::RowVector3d& direction);
 /// Share of the time in which the component along `direction` is further than 3 sd from 0; NaN of storms, which have

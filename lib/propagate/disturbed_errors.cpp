@@ -101,7 +101,8 @@ std::vector<ToolRun> disturbed_runs(const std::vector<ToolRun>& runs, const Dist
     any = any || at->second;
     if (at->second) run.model = at->second;
   }
-  require(any, "the error model has no term {}of the reference (functions AZ, DBH, MDI, MFI)",
+  require(any,
+          "the error model has no term {}of the reference (functions AZ, DBH, MDI, MFI) that the disturbance changes",
           d.match_variance ? "of mode R " : "");
   return out;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "config/observatory.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr double kHour = 3600;
 constexpr std::uint64_t kTableTrials = 10'000;
+constexpr double kMostStorms = 1e5, kRareKurtosis = 1000;
 
 /// North, east, down in nT.
 Eigen::Vector3d read_sizes(config::ConfigReader& c, double fallback) {
@@ -104,7 +107,12 @@ Process read_process(config::ConfigReader& c, const std::string& kind, bool matc
 std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, config::ConfigReader* offset) {
   config::ConfigReader& of_file = offset != nullptr ? *offset : c;
   const char* const file = offset != nullptr ? "file" : "survey.file";
-  if (!c.has("disturbance.drilling_m_per_h") && !c.has("disturbance.connection_s") && of_file.has(file)) {
+  const bool has_rate = c.has("disturbance.drilling_m_per_h") || c.has("disturbance.connection_s");
+  if (has_rate && of_file.has(file) && of_file.csv(file, config::kMeaningElsewhere).find("time_s") >= 0)
+    c.warn("disturbance.drilling_m_per_h",
+           fmt::format("gives the times of the stations, and the column time_s of {} is not used", std::string(file)),
+           "leave drilling_m_per_h and connection_s out, or the column");
+  if (!has_rate && of_file.has(file)) {
     const config::InputTable table = of_file.csv(file, config::kMeaningElsewhere);
     const std::vector<double> listed = config::times_from_table(table);
     if (listed.size() == survey.stations.size()) return listed;
@@ -126,6 +134,32 @@ std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& su
   return times;
 }
 
+/// Series that would repeat within the run, and storms that are too many to draw or too rare to be seen.
+void check_times(config::ConfigReader& c, const std::string& kind, const Disturbance& d) {
+  const double run = d.times.back() - d.times.front();
+  const Process& p = d.process;
+  if (kind == "series") {
+    const double record = p.series->step * static_cast<double>(p.series->field.cols());
+    c.require(run <= record, "disturbance.file",
+              fmt::format("has {:.3g} h, and the run takes {:.3g} h: a series would repeat itself; must be as long as "
+                          "the run",
+                          record / kHour, run / kHour));
+  }
+  if (kind != "storm") return;
+  const double storms = disturbance::storms_of_run(p, run);
+  c.require(storms <= kMostStorms, "disturbance.storms_per_day",
+            fmt::format("some {:.3g} storms a trial: must be at most {:g}; so many together are normal: \"ar1\"",
+                        storms, kMostStorms));
+  const double kurtosis = disturbance::kurtosis(p, Eigen::RowVector3d(p.sd.transpose().cwiseSign()));
+  if (kurtosis > kRareKurtosis)
+    c.warn(
+        "disturbance.storms_per_day",
+        fmt::format("some {:.2g} storms a trial, a kurtosis of {:.2g}: fewer trials than some {:.0e} see too few, and "
+                    "their sds, intervals and verdicts say nothing",
+                    storms, kurtosis, 100 * kurtosis),
+        "the prediction needs no trials; or more storms, which last longer");
+}
+
 }  // namespace
 
 std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const survey::Survey& survey,
@@ -145,8 +179,9 @@ std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const surve
   d.scale = c.number("disturbance.scale", config::Range::positive(), "multiplies the disturbance", 1);
   d.process = read_process(c, kind, d.match_variance);
   c.require(d.keeps_normals() || !disturbance::covariance(d.process, 0).isZero(0), "disturbance.kind",
-            "the disturbance is 0 everywhere: give its sizes in nT");
+            "the disturbance is 0 everywhere: give its sizes in nT, or a series that varies");
   d.times = read_times(c, survey, offset);
+  check_times(c, kind, d);
   for (const double minutes :
        c.numbers("disturbance.lags_min", config::Range::positive(), "lags of the table `disturbance`, minutes", -1,
                  std::vector<double>{10, 30, 60, 120, 240}))

@@ -120,6 +120,14 @@ random::ReferenceLaws read_reference_laws(config::ConfigReader& c, const Referen
         "3.5 sd {:.3g}, {:.3g}, {:.3g} %",
         random::reference_elements()[e], random::law_names()[static_cast<std::size_t>(of.kind)], numbers_of(of),
         element.sd, size, law->excess_kurtosis(), 100 * outside[0], 100 * outside[1], 100 * outside[2]));
+    constexpr double kMostKurtosis = 1000;
+    if (draws.sizes && !(law->excess_kurtosis() <= kMostKurtosis))
+      c.warn(
+          key + ".law",
+          fmt::format("has an excess kurtosis of {:.3g}: intervals and verdicts of sds by trials fail, as few trials "
+                      "make up the variance",
+                      law->excess_kurtosis()),
+          "believe its tails and quantiles; or take a law that has a kurtosis (student: more than 4 degrees)");
   }
   if (given.empty()) return laws;
   if (draws.modes && c.has("reference_law.modes")) {

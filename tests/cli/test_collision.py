@@ -333,6 +333,17 @@ inclination = "1"
         self.refused(BAD_INPUT, "check", self.changed((offset, entry + "slot_sd_m = [5.0, 8.0, 0.0]\n")),
                      says=r"slot_sd_m.*error moves both")
 
+    def test_disturbances_that_pairs_do_not_have_are_refused(self):
+        self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +
+                   "".join(f"{30 * k},{max(0, 2 * (k - 10))},90\n" for k in range(20)))
+        entry = '[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 300.0\n'
+        offset = RIGID[RIGID.index("[[offset]]"):RIGID.index("[separation]")]
+        last = '[disturbance]\nkind = "{}"\nmatch = "none"\neast_nT = 40.0\ndrilling_m_per_h = 30.0\n{}'
+        ar1, storm = last.format("ar1", "tau_s = 7200.0\n"), last.format("storm", "storms_per_day = 1.0\nrise_s = 0.0\ndecay_s = 1000.0\n")
+        self.refused(BAD_INPUT, "check", self.changed((offset, entry), append=ar1), says="disturbance.kind.*side.* is a sidetrack")
+        self.refused(BAD_INPUT, "check", self.changed(append=storm), says='disturbance.kind = "storm": only "ar1" is normal')
+        self.call("check", self.changed(append=ar1))
+
     def test_predictions_of_a_sidetrack_are_of_the_depths_that_count(self):
         # Half a metre apart at 330 m, where the holes (radii 0.76 m) still touch; 2.1 m at 360 m, from where they count.
         self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +

@@ -235,6 +235,33 @@ class BadInput(Case):
         self.refused("formulations = [\"iscwsa\", \"linear\"]\n" + WELL, "formulations", "linear")
         self.refused(WELL + "[errors]\nvertical = \"lateral\"\n", "errors.vertical", "tilt")
 
+    def test_references_that_cannot_be_drawn_or_judged_are_refused(self):
+        law = '[reference_law]\ndeclination = { law = "laplace", size = "sd" }\n'
+        self.refused(WELL + law + "[tails]\nk = [3.0, 3.0]\n", "tails.k", "must increase")
+        storm = '[disturbance]\nkind = "storm"\nmatch = "variance"\nrise_s = 0.0\ndrilling_m_per_h = 30.0\n'
+        self.refused(WELL + storm + "storms_per_day = 1e9\ndecay_s = 100.0\n", "storms_per_day", "storms a trial")
+        self.refused(WELL + storm + "storms_per_day = 1.0\ndecay_s = 1e12\n", "storms_per_day", "storms a trial")
+        (self.path / "hour.csv").write_text("time,x_nT,y_nT,z_nT\n" + "".join(
+            f"2016-01-01T00:{m:02d}:00,{m},{m * m},0\n" for m in range(60)))
+        series = '[disturbance]\nkind = "series"\nmatch = "none"\nfile = "hour.csv"\n'
+        self.refused(WELL + series + "drilling_m_per_h = 30.0\n", "has 1 h, and the run takes 30 h")
+        event = '[[event]]\nname = "far"\nquantity = "lateral_in_sd"\nabove = 5.0\n'
+        self.refused(WELL + event + storm + "storms_per_day = 1.0\ndecay_s = 100.0\n", "only \"ar1\" is normal")
+        self.refused(WELL.replace("[900.0]", "[885.0]") + event, "report_md_m", "must be one station")
+        self.refused(WELL + event.replace("above", "below"), "is not rare")
+        self.run_config(WELL.replace("2000", "20") + series + "drilling_m_per_h = 1000.0\n")
+
+    def test_references_that_few_trials_see_are_warned_of(self):
+        storm = '[disturbance]\nkind = "storm"\nmatch = "variance"\nrise_s = 0.0\ndecay_s = 1000.0\ndrilling_m_per_h = 30.0\n'
+        for text, says in ((storm + "storms_per_day = 1e-3\n", "disturbance.storms_per_day"),
+                           ('[reference_law]\ndeclination = { law = "student", degrees = 3.0, size = "sd" }\n', "excess kurtosis of inf")):
+            (self.path / "well.toml").write_text(WELL + text)
+            check = self.call("check", "well.toml")
+            self.assertEqual(check.returncode, DONE, check.stderr)
+            self.assertIn(says, check.stderr + check.stdout)
+        (self.path / "well.toml").write_text(WELL + storm + "storms_per_day = 5.0\n")
+        self.assertNotIn("warning", self.call("check", "well.toml").stderr)
+
     def test_a_pole_of_the_model_is_refused(self):
         text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS").replace("inclination_deg = 60.0", "inclination_deg = 90.0")
         text = text.replace("[field]", "build_deg_per_30m = 6.0\n[field]\nlatitude_deg = 60.0")

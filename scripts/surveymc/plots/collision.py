@@ -306,7 +306,7 @@ def main():
     arguments = parser.parse_args()
     drawing.use_style()
     with reading.open_result(arguments.result, ("collision", "rare_event", "msa_position", "gross_error_detection",
-                                                  "chained_multistation")) as file:
+                                                  "chained_multistation", "error_model_monte_carlo")) as file:
         config, title = reading.configuration(file), wording.title_of(file)
         tables = {n: reading.read_table(file, n) for n in ("probability", "sampling", "contact_quantiles", "importance", "closest_pair")}
         hits = reading.read_table(file, "hits", "samples")

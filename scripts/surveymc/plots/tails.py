@@ -51,8 +51,12 @@ def coverage_figure(title, table, keys, direction="lateral", md=None):
         ax.set_yscale("log")
         if k.min() <= RULE <= k.max():
             ax.axvline(RULE, color="#999999", linewidth=0.8, zorder=0)
-    figure.supxlabel("k (predicted standard deviations)", fontsize=10)
-    figure.supylabel("Probability beyond k", fontsize=10)
+    columns = panels[0].get_gridspec().ncols
+    for i, ax in enumerate(panels):
+        if i + columns >= len(panels):
+            ax.set_xlabel("k (predicted standard deviations)")
+        if i % columns == 0:
+            ax.set_ylabel("Probability beyond k")
     drawing.heading(figure, title, f"{direction.replace('_', ' ').capitalize()} errors beyond k predicted standard deviations. "
                     f"{wording.trials_text(table)} a panel. Grey: k of the separation rule.")
     handles = [Line2D([], [], color=NORMAL, linestyle=(0, (5, 2)), label="normal distribution"),
@@ -79,7 +83,7 @@ def map_figure(title, table, keys, direction="lateral", md=None):
             grid[inclinations.index(here[INCLINATION][i]), azimuths.index(here[AZIMUTH][i])] = 100 * here["predicted"][i]
         image = ax.imshow(grid, origin="lower", aspect="auto", cmap="magma_r", norm=LogNorm(low, max(high, 1.01 * low)))
         for y, x in np.ndindex(grid.shape):
-            dark = np.log(grid[y, x] / low) > 0.55 * np.log(max(high, 1.01 * low) / low)
+            dark = np.log(grid[y, x] / low) > 0.45 * np.log(max(high, 1.01 * low) / low)
             ax.text(x, y, wording.number(grid[y, x], 2), ha="center", va="center", fontsize=8, color="white" if dark else "black")
         ax.set_xticks(range(len(azimuths)), [f"{a:g}" for a in azimuths])
         ax.set_yticks(range(len(inclinations)), [f"{i:g}" for i in inclinations])
@@ -88,7 +92,7 @@ def map_figure(title, table, keys, direction="lateral", md=None):
         ax.grid(False)
     panels[0][0].set_ylabel("Inclination (\N{DEGREE SIGN})")
     ticks = [m * 10.0**e for e in range(-4, 3) for m in (1, 2, 5) if low <= m * 10.0**e <= high]
-    figure.colorbar(image, ax=list(panels[0]), pad=0.01, format="%g", ticks=ticks).ax.minorticks_off()
+    figure.colorbar(image, ax=list(panels[0]), pad=0.01, format="%g", ticks=ticks, label="%").ax.minorticks_off()
     drawing.heading(figure, title, f"Percent of {direction.replace('_', ' ')} errors beyond {at:g} predicted standard deviations, by the laws; "
                     f"a normal distribution has {low:.2g} %.")
     return figure

@@ -29,13 +29,16 @@ def title_of(file):
 
 # What readers of a figure call a key of the sweep and its values; others are named by the last part of the key.
 POINT_WORDS = {
-    "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "drilling.mode": "{}", "mode": "{}",
+    "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "error_model": "{}", "drilling.mode": "{}", "mode": "{}",
     "noise.scale": "noise \N{MULTIPLICATION SIGN} {}", "noise.law": "{} noise",
     "noise.reference.per": "reference drawn per {}", "sensor_errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}",
     "errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}", "errors.vertical": "lateral errors as {}", "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
     "spacing_m": "stations {} m apart", "drilling.sequence": "toolface sequence {}",
     "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}",
     "problem.name": "{}", "sampling.method": "method {}"}
+POINT_SWITCHES = {
+    "reference_law.each_term": {"false": "one V an element", "true": "a V each term"},
+    "reference_law.shared_mixing": {"false": "a V each element", "true": "one V for all"}}
 VALUE_WORDS = {
     "msa": "MSA", "msa_weighted": "weighted MSA", "msa_joint": "joint MSA", "wls": "WLS", "wls_consider": "WLS with considered reference",
     "sse": "single station", "sse_axial": "single station, axial correction", "mse_fixed": "many stations, references fixed",
@@ -72,6 +75,9 @@ def point_name(keys, point):
         if key == "case":
             parts.append(re.sub(r"\b(msa|msa_weighted|msa_joint|wls)\b", lambda word: VALUE_WORDS[word[0]],
                                 plain_text(str(value))))
+            continue
+        if key in POINT_SWITCHES and str(value).lower() in POINT_SWITCHES[key]:
+            parts.append(POINT_SWITCHES[key][str(value).lower()])
             continue
         if key in POINT_WORDS:
             parts.append(POINT_WORDS[key].format(value_name(value)))
