@@ -95,6 +95,7 @@ void CorrectedRuns::correct_stations(survey::ReadingBlock& readings, survey::Lan
 }
 
 void CorrectedRuns::correct_parameters(survey::ReadingBlock& readings, const survey::LaneArray& gravity,
+                                       const random::Stream& stream, std::uint64_t first,
                                        survey::LaneArray& converged) const {
   const multistation::FitOptions& o = which_.correction.parameters;
   multistation::SixAxisBlock both(readings.trials, readings.stations);
@@ -109,7 +110,8 @@ void CorrectedRuns::correct_parameters(survey::ReadingBlock& readings, const sur
     for (int r = 0; r < 2; ++r) std::copy_n(readings.reference.row(g, r), simd::kGroup, both.reference.row(g, 1 + r));
   }
   multistation::FitBlock found(readings.trials, o);
-  multistation::fit_block(both, plan_, o.parameters, found);
+  multistation::RobustBlock robust(readings.trials, readings.stations);
+  multistation::fit_block_by_loss(both, plan_, o.parameters, which_.correction.robust, stream, first, found, robust);
   multistation::correct_block(both, plan_, o.parameters, found);
   for (int g = 0; g < readings.groups(); ++g) {
     std::copy_n(found.converged.row(g, 0), simd::kGroup, converged.row(g, 0));
@@ -125,7 +127,8 @@ void CorrectedRuns::correct_parameters(survey::ReadingBlock& readings, const sur
   }
 }
 
-CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings, const survey::LaneArray& gravity) const {
+CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings, const survey::LaneArray& gravity,
+                                    const random::Stream& stream, std::uint64_t first) const {
   const int groups = readings.groups();
   CorrectedRun out{{{groups, 3}, {groups, 3}},
                    {{groups, stations()}, {groups, stations()}},
@@ -142,7 +145,7 @@ CorrectedRun CorrectedRuns::correct(survey::ReadingBlock readings, const survey:
   }
   if (which_.correction.kind == analysis::Correction::Kind::station)
     correct_stations(readings, out.converged, out.ambiguous);
-  if (reads_gravity()) correct_parameters(readings, gravity, out.converged);
+  if (reads_gravity()) correct_parameters(readings, gravity, stream, first, out.converged);
   survey::corrected_tied_positions(readings, uncorrected_, tied_, out.position[1], out.lateral[1]);
   return out;
 }
@@ -153,7 +156,7 @@ CorrectedRun CorrectedRuns::run(const random::Stream& stream, std::uint64_t firs
   survey::LaneArray gravity;
   if (reads_gravity()) gravity = survey::LaneArray(readings.groups(), stations());
   sensor::draw_disturbed_runs(setup_, stream, first, readings, made, reads_gravity() ? &gravity : nullptr);
-  return correct(std::move(readings), gravity);
+  return correct(std::move(readings), gravity, stream, first);
 }
 
 std::vector<CorrectedRuns::DrawnRow> CorrectedRuns::drawn_rows() const {
@@ -198,7 +201,7 @@ orders::DifferenceChain CorrectedRuns::chain() const {
         for (std::size_t r = 0; r < rows.size(); ++r)
           lanes.row(t / simd::kGroup, rows[r].row)[t % simd::kGroup] = z(static_cast<Eigen::Index>(r), from + t);
       sensor::disturbed_readings(setup_, lanes, readings);
-      const CorrectedRun run = correct(std::move(readings), {});
+      const CorrectedRun run = correct(std::move(readings), {}, random::Stream(0, 0), 0);
       for (int t = 0; t < count; ++t)
         for (int a = 0; a < 3; ++a)
           out(a, from + t) = run.converged.value(t, 0) != 0 ? run.position[1].value(t, a) - position_[a] : kNaN;

@@ -41,12 +41,14 @@ class CorrectedRuns {
   std::vector<std::string> inputs() const;
 
  private:
-  /// `gravity`: |g| of every station as it is read (m/s2), a row a station; only Kind::parameters looks at it.
-  CorrectedRun correct(survey::ReadingBlock readings, const survey::LaneArray& gravity) const;
+  /// `gravity`: |g| of every station as it is read (m/s2), a row a station. `stream` and `first` address the subsets of
+  /// a robust fit. Only Kind::parameters looks at them.
+  CorrectedRun correct(survey::ReadingBlock readings, const survey::LaneArray& gravity, const random::Stream& stream,
+                       std::uint64_t first) const;
   bool reads_gravity() const { return which_.correction.kind == analysis::Correction::Kind::parameters; }
   /// Corrects the readings of both triads.
   void correct_parameters(survey::ReadingBlock& readings, const survey::LaneArray& gravity,
-                          survey::LaneArray& converged) const;
+                          const random::Stream& stream, std::uint64_t first, survey::LaneArray& converged) const;
   /// Corrects readings station by station: what is left of each is an uncorrected reading.
   void correct_stations(survey::ReadingBlock& readings, survey::LaneArray& converged,
                         survey::LaneArray& ambiguous) const;

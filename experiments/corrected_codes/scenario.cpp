@@ -68,8 +68,8 @@ propagate::CodeDraws read_assumed(config::ConfigReader& c, const Scenario& s, co
   return d;
 }
 
-/// `estimator.parameters`. What it does not name are the sizes of the code: priors of biases and scales, the reference
-/// of the run, and what is drawn at the stations, which no estimate can tell from noise.
+/// `estimator.parameters`, `estimator.robust`. What it does not name are the sizes of the code: priors of biases and
+/// scales, the reference of the run, and what is drawn at the stations, which no estimate can tell from noise.
 analysis::Correction read_parameters(config::ConfigReader& c, const propagate::CodeDraws& assumed, double noise,
                                      const survey::ReferenceField& field, std::string& name) {
   scenario::AssumedSizes sizes{.magnetometer = noise, .reference = {0, assumed.run.total, assumed.run.dip}};
@@ -80,13 +80,19 @@ analysis::Correction read_parameters(config::ConfigReader& c, const propagate::C
   if (drawn > 0) axial = drawn;
   analysis::Correction own;
   own.kind = analysis::Correction::Kind::parameters;
-  own.parameters = scenario::read_parameter_set(c, sizes, field);
+  scenario::refuse_beside_parameters(c, {"estimator.estimated"});
+  const scenario::SetEstimator estimator = scenario::read_parameter_set(c, sizes, field);
+  own.parameters = estimator.fit;
+  own.robust = estimator.robust;
+  own.cost = estimator.cost();
   const double sine = std::sin(field.dip), cosine = std::cos(field.dip), total = assumed.station.total,
                turned = field.total * assumed.station.dip;
   own.parameters.sizes[1] = std::hypot(own.parameters.sizes[1], total * cosine, turned * sine);
   own.parameters.sizes[2] = std::hypot(own.parameters.sizes[2], total * sine, turned * cosine);
   name = own.parameters.parameters.name();
   if (std::isdigit(static_cast<unsigned char>(name.front())) != 0) name += " parameters";
+  if (own.robust.loss != multistation::Loss::least_squares)
+    name += " by " + multistation::loss_names()[static_cast<std::size_t>(own.robust.loss)];
   if (own.parameters.estimates_reference) name += " (joint)";
   return own;
 }
@@ -103,8 +109,8 @@ analysis::Correction read_correction(config::ConfigReader& c, const propagate::C
   name = c.choice("correction.kind", names,
                   "'none'; 'msa': six parameters, unweighted; 'msa3': three biases; 'joint': six and the reference; "
                   "'joint_priors': with priors; 'axial': every station for itself; 'estimator': as [estimator] says");
-  c.require(name == "estimator" || !c.has("estimator.parameters"), "estimator.parameters",
-            "needs correction.kind = \"estimator\"");
+  for (const char* key : {"estimator.parameters", "estimator.robust"})
+    c.require(name == "estimator" || !c.has(key), key, "needs correction.kind = \"estimator\"");
   if (name != "estimator") return analysis::correction(name, assumed, noise);
   if (scenario::wants_parameter_set(c)) return read_parameters(c, assumed, noise, field, name);
   analysis::Correction own;
@@ -297,6 +303,15 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                            "azimuths of the maps, of the last station, from true north");
   }
   read_disturbance(c, s);
+  if (s.which.correction.robust.loss != multistation::Loss::least_squares) {
+    const propagate::CodeDraws::Reference& of_station = s.which.draws.station;
+    c.require(s.which.noise > 0 || of_station.total > 0 || of_station.dip > 0, "estimator.robust.loss",
+              "weighs stations by errors of their own, of which there are none: give noise.magnetometer_nT");
+    c.require(!s.disturbance, "disturbance.kind",
+              "the cost of estimator.robust.loss is that of independent stations: leave one of them out");
+    c.require(!s.laws.any(), "reference_law",
+              "the cost of estimator.robust.loss is that of normal errors: leave one of them out");
+  }
   s.trials = static_cast<std::uint64_t>(
       c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
   c.require(s.trials == 0 || s.well, "trials", "maps have no trials: give well.inclination_deg, or leave it out");

@@ -38,8 +38,7 @@ struct OwnRun {
   std::string set;                      ///< name of a set, kJustified, or empty: `own`
   std::optional<ms::ParameterSet> own;  ///< a list of parameters
   ms::FitOptions options;
-  ms::Loss loss = ms::Loss::least_squares;
-  ms::RobustStart start = ms::RobustStart::least_squares;
+  scenario::AskedLoss asked;    ///< the sets are fitted by all losses
   bool has_components = false;  ///< sizes of the residuals by variance components
   std::vector<std::vector<int>> folds;
   bool has_groups = false;
@@ -48,23 +47,15 @@ struct OwnRun {
 };
 
 void read_parameters(config::ConfigReader& c, OwnRun& r) {
-  std::vector<std::string> given{kJustified};
-  if (c.has("estimator.parameters"))
-    given = c.texts("estimator.parameters",
-                    "'6' magnetometer biases and scales, '9' and their rotation, '12' both triads' biases and scales, "
-                    "'15' and the rotation, '18' and magnetometers that are not orthogonal, '21' all; a list of "
-                    "names; or 'justified', which is the default: the set with the least information criterion");
-  std::vector<std::string> sets = ms::set_names();
-  sets.emplace_back(kJustified);
-  if (given.size() == 1 && std::find(sets.begin(), sets.end(), given[0]) != sets.end()) {
-    r.set = given[0];
-    return;
-  }
-  try {
-    r.own = ms::ParameterSet::of(given);
-  } catch (const InputError& e) {
-    c.fail("estimator.parameters", e.what());
-  }
+  r.set = kJustified;
+  if (!c.has("estimator.parameters")) return;
+  const scenario::AskedParameters asked = scenario::read_parameters(c, {kJustified});
+  if (!asked.set) return;
+  const std::vector<std::string>& sets = ms::set_names();
+  r.set = asked.set->name();
+  if (std::find(sets.begin(), sets.end(), r.set) != sets.end()) return;
+  r.set.clear();
+  r.own = asked.set;
 }
 
 /// Which stations are judged by the fit of the others.
@@ -93,23 +84,18 @@ void read_folds(config::ConfigReader& c, OwnRun& r) {
 
 void read_reference(config::ConfigReader& c, ms::FitOptions& o) {
   const std::string how = c.choice(
-      "estimator.reference", {"consider", "estimated", "unknown"},
+      "estimator.reference.name", {"consider", "estimated", "unknown"},
       "'consider': the fit takes the reference as it is, and claims count its errors; 'estimated': with its errors as "
       "priors; 'unknown': lengths of gravity and field as given, the dip not: shots of an instrument anywhere",
       "consider");
-  const auto sd = [&](const char* key, const char* meaning, double unit) {
-    return unit * c.number(key, config::Range::non_negative(), meaning, 0.0);
-  };
-  o.reference.gravity = sd("reference_sd.gravity_mps2", "one sd of the reference's gravity, shared by all stations", 1);
-  if (how == "unknown") {
-    o.residuals = ms::ResidualKind::calibration;
-    o.estimates_reference = true;
-    o.reference.dip = kInfinity;
-    return;
-  }
-  o.estimates_reference = how == "estimated";
-  o.reference.total = sd("reference_sd.total_nT", "one sd of the reference's total field, shared by all stations", 1);
-  o.reference.dip = sd("reference_sd.dip_deg", "one sd of the reference's dip, shared by all stations", kDegree);
+  o.reference = scenario::read_reference_errors(c, {});
+  o.estimates_reference = how != "consider";
+  if (how != "unknown") return;
+  o.residuals = ms::ResidualKind::calibration;
+  for (const char* key : {"estimator.reference.total_nT", "estimator.reference.dip_deg"})
+    c.require(!c.has(key), key, "is not of estimator.reference.name = \"unknown\": leave it out");
+  o.reference.total = 0;
+  o.reference.dip = kInfinity;
 }
 
 OwnRun read_multistation_run(config::ConfigReader& c) {
@@ -127,16 +113,7 @@ OwnRun read_multistation_run(config::ConfigReader& c) {
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
        r.field.total, kFewest, is_instrument});
   read_parameters(c, r);
-  const std::vector<std::string>& losses = ms::loss_names();
-  const std::string loss = c.choice("estimator.robust.loss", losses,
-                                    "loss of the fit: all but 'least_squares' give stations with large residuals less "
-                                    "weight; 'tukey' starts at the least median of squares",
-                                    "least_squares");
-  r.loss = static_cast<ms::Loss>(std::find(losses.begin(), losses.end(), loss) - losses.begin());
-  if (c.choice("estimator.robust.start", {"least_squares", "lmeds"},
-               "where a robust loss starts: 'lmeds', the least median of squares of subsets; 'tukey' always does",
-               "least_squares") == "lmeds")
-    r.start = ms::RobustStart::lmeds;
+  r.asked = scenario::read_loss(c);
   r.has_components = c.boolean("estimator.variance_components",
                                "sizes of the residuals of gravity and of both components of the field from the "
                                "residuals themselves, by a least-squares fit of the set that is asked for, or of "
@@ -193,13 +170,10 @@ Candidate candidate(const OwnRun& r, const ms::ParameterSet& set, ms::Loss loss)
   c.loss = loss;
   c.options = r.options;
   c.options.parameters = set;
-  const bool is_tukey = loss == ms::Loss::tukey;
-  const ms::RobustOptions robust{.loss = loss,
-                                 .scale = is_tukey ? ms::RobustScale::start : ms::RobustScale::reweighted,
-                                 .start = is_tukey ? ms::RobustStart::lmeds : r.start,
-                                 .reweightings = 200,
-                                 .newton_steps = 100,  // biases of an instrument may be as large as the field
-                                 .tolerance = 1e-5};
+  ms::RobustOptions robust = ms::robust_options(loss, r.asked.start);
+  robust.reweightings = 200;
+  robust.newton_steps = 100;  // biases of an instrument may be as large as the field
+  robust.tolerance = 1e-5;
   const random::Stream subsets(0, static_cast<std::uint32_t>(random::StudyId::estimate));  // whatever the seed
   const ms::Fitter fitter = [&](const ms::Stations& s) {
     return loss == ms::Loss::least_squares ? ms::fit_by_least_squares(s, c.options)
@@ -249,7 +223,7 @@ SetAnswer choose_set(const OwnRun& r) {
   a.justified = static_cast<std::size_t>(least - a.sets.begin());
   const std::string name = r.own ? own : r.set == kJustified ? least->options.parameters.name() : r.set;
   const auto taken = std::find_if(a.sets.begin(), a.sets.end(), [&](const Candidate& c) {
-    return c.loss == r.loss && c.options.parameters.name() == name;
+    return c.loss == r.asked.loss && c.options.parameters.name() == name;
   });
   require(taken->failure.empty(), "estimator.parameters = {}: {}", name, taken->failure);
   a.taken = static_cast<std::size_t>(taken - a.sets.begin());

@@ -106,8 +106,10 @@ study::Experiment experiment() {
           [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
             const std::string name =
                 config.has("estimator.name") ? config.text("estimator.name", config::kMeaningElsewhere) : "";
-            if (name == "chained") return chained_readings_result(config);
             if (name == "multistation") return multistation_readings_result(config);
+            for (const char* key : {"estimator.parameters", "estimator.robust"})
+              config.require(!config.has(key), key, "needs estimator.name = \"multistation\"");
+            if (name == "chained") return chained_readings_result(config);
             return std::make_unique<EstimatePlan<Scenario, estimate_run>>(read_scenario(config));
           }};
 }

@@ -9,7 +9,6 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "msa_benefit/scenario.h"
-#include "scenario/parameter_set.h"
 #include "scenario/reference_field.h"
 #include "scenario/scenario.h"
 #include "scenario/well_design.h"
@@ -23,12 +22,13 @@ namespace {
 struct Cell {
   double rank = 0, learnt = 0, condition_index = 0;
   std::array<double, 2> before{}, after{};  ///< azimuth (deg), lateral (m)
+  double shared_residual = 0;
   double ratio(std::size_t quantity) const { return after[quantity] / before[quantity]; }
 };
 
 class SetMapPoint final : public study::StudyPoint {
  public:
-  explicit SetMapPoint(const SetMapScenario& s) : s_(s) {}
+  explicit SetMapPoint(const SetMapScenario& s) : s_(s), cost_(s.estimator.cost()) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
     std::vector<Cell> cells;
@@ -39,6 +39,10 @@ class SetMapPoint final : public study::StudyPoint {
     study::PointResult r;
     r.maps = maps(cells);
     r.tables = {summary(cells)};
+    double shared = 0;
+    for (const Cell& c : cells) shared = std::max(shared, c.shared_residual);
+    if (const auto warning = scenario::warn_of_shared_errors(shared))
+      r.tables.push_back(compare::warnings_table({*warning}));
     return r;
   }
 
@@ -52,7 +56,7 @@ class SetMapPoint final : public study::StudyPoint {
     run.magnetometer = s_.sizes.magnetometer;
     run.reference = s_.sizes.reference;
     run.reference_per_station = s_.sizes.reference_per_station;
-    const analysis::MultistationPrediction p = analysis::predict_multistation(run, s_.estimator);
+    const analysis::MultistationPrediction p = analysis::predict_multistation(run, s_.estimator.fit, cost_);
     const survey::Station& last = well.stations.back();
     const Eigen::RowVector3d lateral = survey::rotation_hla_from_nev(last.inclination, last.azimuth).row(1);
     const auto sd = [&](const Eigen::Matrix3d& c) { return std::sqrt((lateral * c * lateral.transpose()).value()); };
@@ -60,7 +64,8 @@ class SetMapPoint final : public study::StudyPoint {
            static_cast<double>(p.observability.learnt),
            p.observability.combinations.condition_indices[0],
            {p.uncorrected_azimuth_sd / kDegree, sd(p.uncorrected_covariance)},
-           {p.azimuth_sd / kDegree, sd(p.position_covariance)}};
+           {p.azimuth_sd / kDegree, sd(p.position_covariance)},
+           p.shared_residual};
     // Noise of the accelerometers turns a vertical hole to any azimuth.
     if (s_.sizes.accelerometer > 0 && is_vertical(inclination_deg)) c.before[0] = c.after[0] = kNaN;
     return c;
@@ -103,13 +108,13 @@ class SetMapPoint final : public study::StudyPoint {
     for (const Cell& c : cells) {
       ratio.push_back(c.ratio(1));
       worse += ratio.back() > 1.01;
-      full += c.rank == s_.estimator.parameters.size();
+      full += c.rank == s_.estimator.fit.parameters.size();
       fewest = std::min(fewest, c.learnt);
       most = std::max(most, c.learnt);
     }
     compare::TableRows t("summary", "what a run tells of the parameters, over all directions of the map");
-    t.word("parameters", "that are estimated", s_.estimator.parameters.name());
-    t.count("size", "of the set", s_.estimator.parameters.size());
+    t.word("parameters", "that are estimated", s_.estimator.fit.parameters.name());
+    t.count("size", "of the set", s_.estimator.fit.parameters.size());
     t.count("directions", "of the map", cells.size());
     t.count("full_rank", "directions in which every combination has an effect", full);
     t.number("learnt_least", "1", "fewest combinations that the run knows better than the priors do", fewest);
@@ -122,6 +127,7 @@ class SetMapPoint final : public study::StudyPoint {
   }
 
   SetMapScenario s_;
+  multistation::LossCost cost_;
 };
 
 class SetMapPlan final : public study::PlanOf<SetMapScenario> {
@@ -139,12 +145,13 @@ class SetMapPlan final : public study::PlanOf<SetMapScenario> {
 
 std::optional<SetMapScenario> read_set_maps(config::ConfigReader& c, random::StudySeed seed) {
   if (!scenario::wants_parameter_set(c)) return std::nullopt;
+  scenario::refuse_beside_parameters(c, {"prediction", "calibration", "estimator.estimated"});
   SetMapScenario s;
   s.field = scenario::read_field(c);
   const sensor::NoiseModel noise = scenario::read_noise(c);
   s.sizes = scenario::multistation_sizes(c, noise);
   s.estimator = scenario::read_parameter_set(c, {noise.accelerometer, noise.magnetometer, s.sizes.reference}, s.field);
-  s.sizes.tool_sd = scenario::read_tool_sd(c, s.estimator);
+  s.sizes.tool_sd = scenario::read_tool_sd(c, s.estimator.fit);
   s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180), config::kMeaningElsewhere);
   s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360), config::kMeaningElsewhere);
   s.well = scenario::read_well_design(c, seed);

@@ -9,6 +9,7 @@
 #include "analysis/well_design.h"
 #include "config/config.h"
 #include "random/study_id.h"
+#include "scenario/parameter_set.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -18,7 +19,7 @@ struct SetMapScenario {
   survey::ReferenceField field;
   analysis::WellDesign well;
   analysis::MultistationRun sizes;  ///< of the draws; without stations
-  multistation::FitOptions estimator;
+  scenario::SetEstimator estimator;
 };
 
 /// Nothing where the config asks for the six gains and biases. Throws InputError.

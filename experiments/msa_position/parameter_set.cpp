@@ -18,7 +18,6 @@
 #include "msa_position/scenario.h"
 #include "random/study_stream.h"
 #include "scenario/drilling.h"
-#include "scenario/parameter_set.h"
 #include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 
@@ -36,20 +35,10 @@ struct Places {
 /// `prediction`: null before the point is prepared.
 std::vector<compare::Row> set_rows(const SetScenario& s, const analysis::MultistationPrediction* prediction) {
   using enum compare::Statistic;
-  const multistation::ParameterSet& set = s.estimator.parameters;
+  const multistation::ParameterSet& set = s.estimator.fit.parameters;
   const Places at(set);
   std::vector<compare::Row> rows;
-  const auto add = [&](const char* table, const char* formulation, const std::string& quantity, const char* unit,
-                       compare::Statistic statistic, int component, double value) -> compare::Row& {
-    return rows.emplace_back(compare::Row{.table = table,
-                                          .formulation = formulation,
-                                          .quantity = quantity,
-                                          .unit = unit,
-                                          .statistic = statistic,
-                                          .component = component,
-                                          .sigmas = 3,
-                                          .prediction = value});
-  };
+  const RowAdder add(rows);
   const auto of = [&](auto value) { return prediction ? value(*prediction) : kNaN; };
   using P = analysis::MultistationPrediction;
   for (int i = 0; i < set.size(); ++i)
@@ -69,12 +58,11 @@ std::vector<compare::Row> set_rows(const SetScenario& s, const analysis::Multist
   add("position", "joint", "nees_horizontal", "1", squared_distance, at.nees_horizontal, 2).predicted = false;
   const survey::Station& last = s.survey.stations.back();
   const Eigen::Matrix3d r = survey::rotation_hla_from_nev(last.inclination, last.azimuth);
-  // A direction without first-order error, along a straight hole, has only the rounding of the rotation.
   for (int i = 0; i < 3; ++i)
     add("position_hla", "joint", std::string("sigma3_") + kHoleDirections[static_cast<std::size_t>(i)], "m", sd,
         at.hole + i, of([&](const P& p) {
           const Eigen::Matrix3d c = r * p.position_covariance * r.transpose();
-          return c(i, i) > 1e-14 * c.trace() ? std::sqrt(c(i, i)) : 0;
+          return sd_above_rounding(c(i, i), c);
         }));
   return rows;
 }
@@ -83,8 +71,8 @@ class SetPoint final : public study::StudyPoint {
  public:
   explicit SetPoint(const SetScenario& s)
       : s_(s),
-        at_(s.estimator.parameters),
-        prediction_(analysis::predict_multistation(s.run, s.estimator)),
+        at_(s.estimator.fit.parameters),
+        prediction_(analysis::predict_multistation(s.run, s.estimator.fit, s.estimator.cost())),
         rows_(set_rows(s_, &prediction_)),
         stop_(s_.trial_plan, s_.verdict,
               [this](const stats::Tally& t) {
@@ -92,7 +80,7 @@ class SetPoint final : public study::StudyPoint {
                 for (const char* table : kTables) all.push_back({table, rows_of_table(table, t)});
                 return all;
               }),
-        plan_(multistation::fit_plan(s.estimator)),
+        plan_(multistation::fit_plan(s.estimator.fit)),
         stream_(random::stream_of(s.seed)),
         weight_(prediction_.covariance.inverse()),
         horizontal_weight_(prediction_.position_covariance.topLeftCorner<2, 2>().inverse()) {
@@ -139,6 +127,8 @@ class SetPoint final : public study::StudyPoint {
     r.tables.push_back(observability_table());
     r.tables.push_back(benefit_table());
     if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
+    if (const auto warning = scenario::warn_of_shared_errors(prediction_.shared_residual))
+      r.tables.push_back(compare::warnings_table({*warning}));
     r.tables.push_back(compare::failed_trials_table("trials without a converged estimate", tally.failed_trials));
     return r;
   }
@@ -151,13 +141,20 @@ class SetPoint final : public study::StudyPoint {
     text += fmt::format("  reference        gravity {:.17g} m/s2, Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
                         b.readings.reference.value(lane, 0), b.readings.reference.value(lane, 1),
                         b.readings.reference.value(lane, 2));
-    const multistation::ParameterSet& set = s_.estimator.parameters;
+    const multistation::ParameterSet& set = s_.estimator.fit.parameters;
     for (int i = 0; i < set.size(); ++i)
       text += fmt::format("  {:<16} {:.17g} {}, true {:.17g}\n", set[i].name, b.found.estimate.value(lane, i),
                           set[i].unit, b.tools.value(lane, set.index(i)));
-    text += fmt::format("  cost             {:.17g} after {} evaluations, {}\n", b.found.cost.value(lane, 0),
-                        b.found.iterations.value(lane, 0),
-                        b.found.converged.value(lane, 0) != 0 ? "converged" : "NOT converged");
+    const char* const ends = b.found.converged.value(lane, 0) != 0 ? "converged" : "NOT converged";
+    if (is_robust()) {
+      text += fmt::format("  scale            {:.17g} after {} reweightings, {}\n", b.robust.scale.value(lane, 0),
+                          b.robust.reweightings.value(lane, 0), ends);
+      for (int k = 0; k < s_.survey.size(); ++k)
+        text += fmt::format("  weight {:<9} {:.17g}\n", k + 1, b.robust.weights.value(lane, k));
+    } else {
+      text += fmt::format("  cost             {:.17g} after {} evaluations, {}\n", b.found.cost.value(lane, 0),
+                          b.found.iterations.value(lane, 0), ends);
+    }
     for (int i = 0; i < 3; ++i)
       text += fmt::format("  {:<16} {:.17g} m\n", kDirections[static_cast<std::size_t>(i)], b.position.value(lane, i));
     return text;
@@ -173,28 +170,33 @@ class SetPoint final : public study::StudyPoint {
     return what + ", against the first-order prediction" + compare::at_confidence(s_.verdict);
   }
 
+  bool is_robust() const { return s_.estimator.robust.loss != multistation::Loss::least_squares; }
+
   struct Batch {
     Batch(int trials, const SetScenario& s)
         : readings(trials, s.survey.size(), s.run.reference_per_station),
           tools(readings.groups(), multistation::kParameters),
-          found(trials, s.estimator),
+          found(trials, s.estimator.fit),
+          robust(trials, s.survey.size()),
           position(readings.groups(), 3) {}
     multistation::SixAxisBlock readings;  ///< after simulate() the corrected ones
     survey::LaneArray tools;
     multistation::FitBlock found;
+    multistation::RobustBlock robust;  ///< of a robust loss
     survey::LaneArray position;
   };
 
   void simulate(std::uint64_t first, Batch& b) const {
     analysis::simulate_multistation(s_.run, stream_, first, b.readings, b.tools);
-    multistation::fit_block(b.readings, plan_, s_.estimator.parameters, b.found);
-    multistation::correct_block(b.readings, plan_, s_.estimator.parameters, b.found);
+    multistation::fit_block_by_loss(b.readings, plan_, s_.estimator.fit.parameters, s_.estimator.robust, stream_, first,
+                                    b.found, b.robust);
+    multistation::correct_block(b.readings, plan_, s_.estimator.fit.parameters, b.found);
     analysis::multistation_positions(b.readings, s_.run.md, s_.run.field.declination, b.position);
   }
 
   template <class Row>
   void observe(const Batch& b, int t, Row&& x) const {
-    const multistation::ParameterSet& set = s_.estimator.parameters;
+    const multistation::ParameterSet& set = s_.estimator.fit.parameters;
     const int p = set.size();
     for (int i = 0; i < p; ++i) x[i] = b.found.estimate.value(t, i) - b.tools.value(t, set.index(i));
     Eigen::VectorXd error(p);
@@ -216,13 +218,13 @@ class SetPoint final : public study::StudyPoint {
   }
 
   store::Table learnt_table() const {
-    const multistation::ParameterSet& set = s_.estimator.parameters;
+    const multistation::ParameterSet& set = s_.estimator.fit.parameters;
     compare::TableRows t("learnt", "what the run knows of each parameter, against its prior");
     for (int i = 0; i < set.size(); ++i) {
       t.word("parameter", "error that is estimated", set[i].name);
       t.word("unit", "its unit", set[i].unit);
       t.number("prior_sd", "1", "one sd of the prior about 0",
-               s_.estimator.prior_sd[static_cast<std::size_t>(set.index(i))]);
+               s_.estimator.fit.prior_sd[static_cast<std::size_t>(set.index(i))]);
       t.number("claimed_sd", "1", "one sd after the run, by what the estimator assumes",
                std::sqrt(prediction_.claimed(i, i)));
       t.number("learnt_share", "1", "1 less the ratio of both variances; negative: the reference moves it by more",
@@ -234,7 +236,7 @@ class SetPoint final : public study::StudyPoint {
   }
 
   store::Table observability_table() const {
-    const multistation::ParameterSet& set = s_.estimator.parameters;
+    const multistation::ParameterSet& set = s_.estimator.fit.parameters;
     const multistation::SetObservability& o = prediction_.observability;
     const estimate::Observability& c = o.combinations;
     compare::TableRows t("observability",
@@ -302,6 +304,10 @@ class SetPlan final : public study::PlanOf<SetScenario> {
 
 std::optional<SetScenario> read_set_scenario(config::ConfigReader& c, random::StudySeed seed) {
   if (!scenario::wants_parameter_set(c)) return std::nullopt;
+  scenario::refuse_beside_parameters(
+      c, {"event", "outputs", "save_samples", "antithetic", "control_variate", "prediction", "calibration", "tails",
+          "reference_law", "disturbance.kind", "estimator.solver", "estimator.derivative", "estimator.step_tolerance",
+          "estimator.prior", "estimator.magnetometer_drawn"});
   SetScenario s;
   s.seed = seed;
   const survey::ReferenceField field = scenario::read_field(c);
@@ -316,7 +322,7 @@ std::optional<SetScenario> read_set_scenario(config::ConfigReader& c, random::St
     s.run.tool[multistation::kMagnetometerScale + axis] = tool.gain[axis] - 1;
     s.run.tool[multistation::kMagnetometerBias + axis] = tool.bias[axis];
   }
-  s.run.tool_sd = scenario::read_tool_sd(c, s.estimator);
+  s.run.tool_sd = scenario::read_tool_sd(c, s.estimator.fit);
   s.run.accelerometer = sizes.accelerometer;
   s.run.magnetometer = sizes.magnetometer;
   s.run.reference = sizes.reference;

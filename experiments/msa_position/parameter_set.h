@@ -8,6 +8,7 @@
 #include "compare/verdict_stop.h"
 #include "config/config.h"
 #include "random/study_id.h"
+#include "scenario/parameter_set.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::msa_position {
@@ -18,7 +19,7 @@ struct SetScenario {
   survey::Survey survey;
   config::ConfigPlace survey_place;  ///< of its file
   analysis::MultistationRun run;
-  multistation::FitOptions estimator;
+  scenario::SetEstimator estimator;
   compare::VerdictRule verdict;
   compare::Annotations annotations;
 };

@@ -71,12 +71,24 @@ HanakPrediction hanak_prediction(const Vector6d& tool, const analysis::MsaPredic
   return {truth + by_parameters * shift, by_parameters * claimed * by_parameters.transpose()};
 }
 
-/// A direction without first-order error (plane wells have two) has only the rounding of the rotation: taken as zero.
+}  // namespace
+
+compare::Row& RowAdder::operator()(const char* table, const char* formulation, const std::string& quantity,
+                                   const char* unit, compare::Statistic statistic, int component,
+                                   double prediction) const {
+  return rows_.emplace_back(compare::Row{.table = table,
+                                         .formulation = formulation,
+                                         .quantity = quantity,
+                                         .unit = unit,
+                                         .statistic = statistic,
+                                         .component = component,
+                                         .sigmas = 3,
+                                         .prediction = prediction});
+}
+
 double sd_above_rounding(double variance, const Eigen::Matrix3d& covariance) {
   return variance > 1e-14 * covariance.trace() ? std::sqrt(variance) : 0;
 }
-
-}  // namespace
 
 std::vector<compare::Row> rows_of(const Scenario& s, const Model* model) {
   using enum compare::Statistic;
@@ -89,17 +101,7 @@ std::vector<compare::Row> rows_of(const Scenario& s, const Model* model) {
              has_reference = kind.estimates_reference, has_hanak = at.hanak >= 0;
   const Vector6d tool = tool_of(s);
   std::vector<compare::Row> rows;
-  const auto add = [&](const char* table, const char* formulation, const std::string& quantity, const char* unit,
-                       compare::Statistic statistic, int component, double prediction) -> compare::Row& {
-    return rows.emplace_back(compare::Row{.table = table,
-                                          .formulation = formulation,
-                                          .quantity = quantity,
-                                          .unit = unit,
-                                          .statistic = statistic,
-                                          .component = component,
-                                          .sigmas = 3,
-                                          .prediction = prediction});
-  };
+  const RowAdder add(rows);
   const auto sigma3 = [](const char* of) { return std::string("sigma3_") + of; };
   const auto mean_of = [](const char* of) { return std::string("mean_") + of; };
   const auto& names = estimate::kParameterNames;

@@ -8,6 +8,7 @@
 
 #include "compare/annotations.h"
 #include "compare/calibration.h"
+#include "compare/row.h"
 #include "compare/tails.h"
 #include "compare/trial_plan.h"
 #include "disturbance/station_disturbance.h"
@@ -56,6 +57,21 @@ struct Scenario {
   std::vector<events::EventRule> events;  ///< not empty: the run is one of events
   events::EventRun event_run;
 };
+
+/// Adds rows whose sds are shown as three of them.
+class RowAdder {
+ public:
+  explicit RowAdder(std::vector<compare::Row>& rows) : rows_(rows) {}
+  compare::Row& operator()(const char* table, const char* formulation, const std::string& quantity, const char* unit,
+                           compare::Statistic statistic, int component, double prediction) const;
+
+ private:
+  std::vector<compare::Row>& rows_;
+};
+
+/// A direction without first-order error (plane wells have two, a straight hole one) has only the rounding of the
+/// rotation: taken as zero.
+double sd_above_rounding(double variance, const Eigen::Matrix3d& covariance);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

@@ -13,6 +13,7 @@
 #include "config/suggest.h"
 #include "robustness_map/study.h"
 #include "scenario/error_models.h"
+#include "scenario/parameter_set.h"
 #include "scenario/reference_field.h"
 #include "scenario/scenario.h"
 #include "scenario/well_design.h"
@@ -86,17 +87,15 @@ void read_gross(config::ConfigReader& c, Scenario& s) {
 
 void read_fit(config::ConfigReader& c, Scenario& s) {
   using multistation::ParameterSet;
-  std::vector<std::string> sets{"3"};
-  for (const std::string& name : multistation::set_names()) sets.push_back(name);
-  const std::string set = c.choice(
-      "estimator.parameters", sets,
-      "'3': biases of the magnetometers; '6': and their scales; '9': and their rotation; '12': biases and scales of "
-      "both triads; '15': and the rotation; '18': and magnetometers that are not orthogonal; '21': and accelerometers",
-      "3");
-  s.fit.parameters = set == "3" ? ParameterSet::of({"mbx", "mby", "mbz"}) : ParameterSet::named(set);
+  c.require(!c.has("estimator.robust"), "estimator.robust", "the study compares losses: name them in estimator.losses");
+  const ParameterSet biases = ParameterSet::of({"mbx", "mby", "mbz"});
+  s.fit.parameters = biases;
+  if (c.has("estimator.parameters")) s.fit.parameters = scenario::read_parameters(c, {"3"}).set.value_or(biases);
+  const std::string set = s.fit.parameters.name();
   if (c.boolean("estimator.use_priors",
-                "priors of the parameters: sizes of the code, and a milliradian of rotations and axes; false: none",
-                set != "3" && set != "6")) {
+                "priors of the parameters: sizes of the code, and a milliradian of rotations and axes; false: none. "
+                "Without the key true, but for '3' and '6'",
+                set != biases.name() && set != "6")) {
     const multistation::PerParameter<double> sd = analysis::tool_sizes(s.draws);
     for (std::size_t i = 0; i < sd.size(); ++i)
       if (sd[i] > 0) s.fit.prior_sd[i] = sd[i];

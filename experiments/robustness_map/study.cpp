@@ -28,16 +28,6 @@ constexpr double kMostLost = 0.01;  // share of the trials without a solution
 /// The first leg of a well is doubled, as codes do (analysis/corrected_survey.h).
 constexpr bool kFirstLegDoubled = true;
 
-multistation::RobustOptions options_of(Loss loss) {
-  multistation::RobustOptions o;
-  o.loss = loss;
-  if (loss == Loss::tukey) {
-    o.start = multistation::RobustStart::lmeds;
-    o.scale = multistation::RobustScale::start;
-  }
-  return o;
-}
-
 survey::LaneArray no_correction() {
   survey::LaneArray x(1, 6, true);
   for (int i = 0; i < 6; ++i) x.fill(0, i, i < 3 ? 1 : 0);
@@ -134,12 +124,11 @@ RobustnessPoint::RobustnessPoint(Scenario scenario)
   setup_.run = {d.run.total, d.run.dip, d.run.declination_in(s_.field)};
   setup_.station = {d.station.total, d.station.dip, d.station.declination_in(s_.field)};
   setup_.noise = s_.noise;
-  estimators_.push_back(options_of(Loss::least_squares));
+  estimators_.push_back(multistation::robust_options(Loss::least_squares));
   covariance_factors_.push_back(1);
-  const int components = multistation::robust_components(plan_);
   for (const Loss loss : s_.losses) {
-    estimators_.push_back(options_of(loss));
-    covariance_factors_.push_back(multistation::loss_cost(loss, components).covariance_factor());
+    estimators_.push_back(multistation::robust_options(loss));
+    covariance_factors_.push_back(multistation::loss_cost(loss, plan_).covariance_factor());
     variance_ratios_.push_back(analysis::lateral_variance_ratio(stations_, d, s_.noise, s_.fit, loss));
   }
   rows_ = rows_of(s_, variance_ratios_);

@@ -190,11 +190,11 @@ double scaled_condition(const Eigen::MatrixXd& posterior) {
   return eigenvalues[eigenvalues.size() - 1] / eigenvalues[0];
 }
 
-/// With one estimate for all stations (`shared`), or with one of each station for itself.
+/// With one estimate for all stations (`shared`), or with one of each station for itself. `loss`: v of the estimate.
 template <int N>
 CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
                        const std::vector<StationTangent<N>>& tangents, const std::vector<Response<N>>& responses,
-                       const StationCorrelation& correlation) {
+                       const StationCorrelation& correlation, double loss = 1) {
   using Matrix3N = Eigen::Matrix<double, 3, N>;
   using MatrixN3 = Eigen::Matrix<double, N, 3>;
   const bool shared = responses.size() == 1;
@@ -238,7 +238,8 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     for (int c = 0; c < 2; ++c) {
       const VectorN<N> response = station_response(k, c);
       out.station_reference[k][2 - static_cast<std::size_t>(c)] = on_position * response;
-      add_square<1>(on_position * response, out.position[kStationTotalField + static_cast<std::size_t>(c)]);
+      add_square<1>(std::sqrt(loss) * on_position * response,
+                    out.position[kStationTotalField + static_cast<std::size_t>(c)]);
       if (shared) others[static_cast<std::size_t>(c)] += response * response.transpose();
     }
     const Vector3d turned = station_declination * s.by_declination[k];
@@ -249,6 +250,7 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     if (noise > 0) {
       const MatrixN3 response = noise_response(k);
       add_square<3>(s.lever[k] * noise * s.by_field[k] + on_position * response, out.position[kMagnetometerNoise]);
+      if (loss != 1) add_square<3>(std::sqrt(loss - 1) * on_position * response, out.position[kMagnetometerNoise]);
       if (shared) others[2] += response.lazyProduct(response.transpose());
     }
   }
@@ -261,13 +263,13 @@ CorrectedErrors sum_up(const MeasuredStations& s, const propagate::CodeDraws& dr
     for (int c = 0; c < 2; ++c) {
       const auto i = static_cast<std::size_t>(c);
       const double own = y * station_response(k, c);
-      out.azimuth[k][kStationTotalField + i] = shared ? double(y * others[i] * y.transpose()) : own * own;
+      out.azimuth[k][kStationTotalField + i] = loss * (shared ? double(y * others[i] * y.transpose()) : own * own);
     }
     if (noise > 0) {
       // The station's own noise acts directly, too; its response is among those of all.
       const Eigen::RowVector3d direct = noise * s.right[k] * s.by_field[k], response = y * noise_response(k);
       const double all = shared ? double(y * others[2] * y.transpose()) : response.squaredNorm();
-      out.azimuth[k][kMagnetometerNoise] = all + direct.squaredNorm() + 2 * direct.dot(response);
+      out.azimuth[k][kMagnetometerNoise] = loss * all + direct.squaredNorm() + 2 * direct.dot(response);
     }
   }
   if (!correlation) return out;
@@ -345,19 +347,22 @@ std::optional<SixResponse> find_response(const estimate::EstimatorOptions& o, co
 }
 
 CorrectedErrors corrected_by_set(const MeasuredStations& s, const propagate::CodeDraws& draws, double noise,
-                                 const multistation::FitOptions& options, const StationCorrelation& correlation) {
-  const multistation::FitOptions o = in_field(options, s.field);
+                                 const Correction& correction, const StationCorrelation& correlation) {
+  const multistation::LossCost& cost = correction.cost;
+  assert(!correlation || cost.variance == 1);
+  const multistation::FitOptions o = in_field(correction.parameters, s.field);
   const std::vector<multistation::StationReadings> readings = perfect_readings(s);
   std::optional<multistation::FitSensitivity> sensitive;
   try {
-    sensitive = multistation::fit_sensitivity(readings, {}, o);
+    sensitive = multistation::fit_sensitivity(readings, {}, o, std::vector<double>(readings.size(), cost.slope));
   } catch (const InputError&) {
     return undetermined(kInfinity);
   }
   const double condition = scaled_condition(sensitive->posterior);
   if (!(condition <= kUndetermined)) return undetermined(condition);
-  CorrectedErrors out = sum_up<multistation::kParameters>(s, draws, noise, set_tangents(s, readings, o),
-                                                          {set_response(*sensitive, o.parameters)}, correlation);
+  CorrectedErrors out =
+      sum_up<multistation::kParameters>(s, draws, noise, set_tangents(s, readings, o),
+                                        {set_response(*sensitive, o.parameters)}, correlation, cost.variance);
   out.condition = condition;
   return out;
 }
@@ -461,7 +466,7 @@ CorrectedErrors corrected_errors(const MeasuredStations& s, const propagate::Cod
       break;
     }
     case Correction::Kind::parameters:
-      return corrected_by_set(s, draws, noise, c.parameters, correlation);
+      return corrected_by_set(s, draws, noise, c, correlation);
     case Correction::Kind::station:
       for (const survey::StationFields& f : s.fields) {
         truth.stations = {f};

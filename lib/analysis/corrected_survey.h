@@ -12,7 +12,9 @@
 /// An estimate of other parameters than six gains and biases has as x all parameters of the table, those that are not
 /// estimated as 0; errors of the accelerometers then act through x alone.
 /// Inputs of the run are added over the stations before they are squared. One of station j acts by L_j D_j directly and
-/// by (sum_k L_k Y_k) dx/dd through the estimate, so that time is linear in stations times inputs.
+/// by (sum_k L_k Y_k) dx/dd through the estimate, so that time is linear in stations times inputs. Of a robust loss its
+/// variance through the estimate is v times as large (multistation/loss.h), what it has in common with the direct
+/// effect the same.
 #include <array>
 #include <functional>
 #include <string>
@@ -22,7 +24,7 @@
 
 #include "estimate/estimator.h"
 #include "estimate/sensitivity.h"
-#include "multistation/fit.h"
+#include "multistation/robust.h"
 #include "propagate/code_draws.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
@@ -61,7 +63,10 @@ struct Correction {
   };
   Kind kind = Kind::none;
   estimate::EstimatorOptions estimator = {};  ///< of Kind::run
-  multistation::FitOptions parameters = {};   ///< of Kind::parameters
+  // Of Kind::parameters:
+  multistation::FitOptions parameters = {};
+  multistation::RobustOptions robust = multistation::robust_options(multistation::Loss::least_squares);
+  multistation::LossCost cost = {};  ///< of its loss
 };
 
 /// The options with the field about which errors of the reference are linear.
@@ -113,7 +118,8 @@ struct CorrectedErrors {
 using StationCorrelation = std::function<double(int a, std::size_t j, int b, std::size_t k)>;
 
 /// `noise`: one sd of a magnetometer reading, nT. `correlation`: of what is drawn at the stations, which is else
-/// independent; half of what two inputs have in common counts to each. Time is then quadratic in the stations.
+/// independent; half of what two inputs have in common counts to each. Time is then quadratic in the stations. Not with
+/// a robust loss, whose cost is that of independent stations.
 CorrectedErrors corrected_errors(const MeasuredStations& stations, const propagate::CodeDraws& draws, double noise,
                                  const Correction& correction, const StationCorrelation& correlation = {});
 

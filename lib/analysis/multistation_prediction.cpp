@@ -25,15 +25,10 @@ struct OnSurvey {
   Eigen::Matrix<double, kOfSurvey, multistation::kParameters> by_correction;  ///< per unit of what is corrected for
 };
 
-std::vector<OnSurvey> on_survey(const MultistationRun& run, const std::vector<multistation::StationReadings>& stations,
-                                const multistation::PerParameter<double>& tool, const multistation::FitOptions& o) {
-  std::vector<multistation::StationModel> models;
+std::vector<OnSurvey> on_survey(const MultistationRun& run, const std::vector<multistation::StationModel>& models) {
   std::vector<survey::StationFields> fields;
-  for (const multistation::StationReadings& s : stations) {
-    models.push_back(multistation::station_model(s, tool, o.residuals, o.sizes));
-    fields.push_back(
-        {survey::from_eigen(models.back().field_T), survey::from_eigen(models.back().gravity_T.normalized())});
-  }
+  for (const multistation::StationModel& m : models)
+    fields.push_back({survey::from_eigen(m.field_T), survey::from_eigen(m.gravity_T.normalized())});
   const std::vector<propagate::StationEffect> effects =
       propagate::final_position_effects(run.md, fields, run.field.declination);
   std::vector<OnSurvey> out;
@@ -57,17 +52,53 @@ std::vector<OnSurvey> on_survey(const MultistationRun& run, const std::vector<mu
 
 MatrixXd square(const MatrixXd& m) { return m * m.transpose(); }
 
+/// MultistationPrediction::shared_residual.
+double shared_residual(const MultistationRun& run, const multistation::FitOptions& o,
+                       const std::vector<multistation::StationModel>& models,
+                       const multistation::FitSensitivity& sensitive) {
+  const multistation::FitPlan plan = multistation::fit_plan(o);
+  const Matrix3d by_reference = multistation::reference_derivatives(plan);
+  const Matrix3d reference = Vector3d(run.reference.gravity, run.reference.total, run.reference.dip).asDiagonal();
+  const Eigen::Index components = multistation::robust_components(plan);
+  const int p = o.parameters.size();
+  MatrixXd of_reference = MatrixXd::Zero(sensitive.by_truth.rows(), 3);
+  for (const Effects& e : sensitive.by_reference) of_reference += e;
+  double shared = 0, own = 0;
+  for (const multistation::StationModel& m : models) {
+    const Matrix3d read = m.by_reference * by_reference;
+    MatrixXd by_unknown(3, of_reference.rows());
+    for (int i = 0; i < p; ++i) by_unknown.col(i) = m.by_parameter.col(o.parameters.index(i));
+    if (o.estimates_reference) by_unknown.rightCols<3>() = read;
+    MatrixXd of_tool = by_unknown * sensitive.by_truth;
+    for (int i = 0; i < multistation::kParameters; ++i) {
+      if (!o.parameters.contains(i)) of_tool.col(i) -= m.by_parameter.col(i);
+      of_tool.col(i) *= run.tool_sd[static_cast<std::size_t>(i)];
+    }
+    const auto size = [components](const MatrixXd& x) { return x.bottomRows(components).squaredNorm(); };
+    shared += size(of_tool);
+    if (!run.reference_per_station) shared += size((by_unknown * of_reference + read) * reference);
+    own += size(run.accelerometer * m.by_gravity) + size(run.magnetometer * m.by_magnetic);
+    if (run.reference_per_station) own += size(read * reference);
+  }
+  return std::sqrt(shared / own);
+}
+
 }  // namespace
 
-MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& o) {
+MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& o,
+                                            const multistation::LossCost& cost) {
   const std::vector<multistation::StationReadings> stations = clean_stations(run);
-  const multistation::FitSensitivity sensitive = multistation::fit_sensitivity(stations, run.tool, o);
+  const multistation::FitSensitivity sensitive =
+      multistation::fit_sensitivity(stations, run.tool, o, std::vector<double>(stations.size(), cost.slope));
   multistation::PerParameter<double> known{};
   for (int i = 0; i < o.parameters.size(); ++i) {
     const auto at = static_cast<std::size_t>(o.parameters.index(i));
     known[at] = run.tool[at];
   }
-  const std::vector<OnSurvey> direct = on_survey(run, stations, known, o);
+  std::vector<multistation::StationModel> models;
+  for (const multistation::StationReadings& s : stations)
+    models.push_back(multistation::station_model(s, known, o.residuals, o.sizes));
+  const std::vector<OnSurvey> direct = on_survey(run, models);
   const int p = o.parameters.size();
 
   Eigen::Matrix<double, kOfSurvey, multistation::kParameters> by_correction =
@@ -77,12 +108,16 @@ MultistationPrediction predict_multistation(const MultistationRun& run, const mu
   for (int i = 0; i < p; ++i) by_estimate.col(i) = by_correction.col(o.parameters.index(i));
 
   // Rows: errors of the parameters, then of position and azimuth.
-  MatrixXd covariance = MatrixXd::Zero(p + kOfSurvey, p + kOfSurvey), claimed = sensitive.posterior;
+  MatrixXd covariance = MatrixXd::Zero(p + kOfSurvey, p + kOfSurvey),
+           claimed = sensitive.claimed(cost.variance * cost.slope);
   Eigen::Matrix<double, kOfSurvey, kOfSurvey> uncorrected = Eigen::Matrix<double, kOfSurvey, kOfSurvey>::Zero();
-  const auto add = [&](const Effects& through, const ByReading& at_once, const Vector3d& sd) {
+  enum class Of { station, run };
+  const auto add = [&](Of of, const Effects& through, const ByReading& at_once, const Vector3d& sd) {
     MatrixXd q(p + kOfSurvey, 3);
     q.topRows(p) = through;
-    q.bottomRows(kOfSurvey) = by_estimate * through + at_once;
+    q.bottomRows(kOfSurvey) = by_estimate * through;
+    if (of == Of::station && cost.variance != 1) covariance += (cost.variance - 1) * square(q * sd.asDiagonal());
+    q.bottomRows(kOfSurvey) += at_once;
     covariance += square(q * sd.asDiagonal());
     uncorrected += square(at_once * sd.asDiagonal());
   };
@@ -90,13 +125,13 @@ MultistationPrediction predict_multistation(const MultistationRun& run, const mu
       assumed_sd(o.reference.gravity, o.reference.total, o.reference.dip);
   Effects of_run = Effects::Zero(p, 3);
   for (std::size_t k = 0; k < stations.size(); ++k) {
-    add(sensitive.by_gravity[k].topRows(p), direct[k].by_gravity, Vector3d::Constant(run.accelerometer));
-    add(sensitive.by_magnetic[k].topRows(p), direct[k].by_magnetic, Vector3d::Constant(run.magnetometer));
+    add(Of::station, sensitive.by_gravity[k].topRows(p), direct[k].by_gravity, Vector3d::Constant(run.accelerometer));
+    add(Of::station, sensitive.by_magnetic[k].topRows(p), direct[k].by_magnetic, Vector3d::Constant(run.magnetometer));
     const Effects by_reference = sensitive.by_reference[k].topRows(p);
-    if (run.reference_per_station) add(by_reference, ByReading::Zero(), reference_sd);
+    if (run.reference_per_station) add(Of::station, by_reference, ByReading::Zero(), reference_sd);
     of_run += by_reference;
   }
-  if (!run.reference_per_station) add(of_run, ByReading::Zero(), reference_sd);
+  if (!run.reference_per_station) add(Of::run, of_run, ByReading::Zero(), reference_sd);
   if (!o.estimates_reference) claimed += square(of_run * assumed_sd.asDiagonal());
 
   MatrixXd by_tool(p + kOfSurvey, multistation::kParameters);
@@ -119,6 +154,7 @@ MultistationPrediction predict_multistation(const MultistationRun& run, const mu
   out.uncorrected_covariance = uncorrected.topLeftCorner<3, 3>();
   out.uncorrected_azimuth_sd = std::sqrt(uncorrected(3, 3));
   out.claimed = claimed;
+  if (cost.variance != 1) out.shared_residual = shared_residual(run, o, models, sensitive);
   out.learnt.resize(p);
   for (int i = 0; i < p; ++i) {
     const double prior = o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))];

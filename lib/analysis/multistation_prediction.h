@@ -5,10 +5,15 @@
 /// As there, a draw moves the position directly, by its station's corrected readings, and through the estimate: both
 /// are effects of one draw and are added before anything is squared (first_order.h). A tool's error that is not in the
 /// set stays in the readings.
+///
+/// Of a robust loss as multistation/loss.h says: weights k of all stations; what is drawn at a station acts through the
+/// estimate by v - 1 more of its variance, in addition to everything else. Errors that stations share act as with least
+/// squares. This holds for many stations, and where what the fit leaves of shared errors is small beside the stations'
+/// own.
 #include <Eigen/Core>
 
 #include "analysis/multistation_trials.h"
-#include "multistation/fit.h"
+#include "multistation/robust.h"
 #include "multistation/set_observability.h"
 
 namespace surveymc::analysis {
@@ -25,9 +30,18 @@ struct MultistationPrediction {
   /// hole.
   double uncorrected_azimuth_sd = 0, azimuth_sd = 0;
   multistation::SetObservability observability;
+  /// Of a robust loss: what the fit leaves of the errors that stations share, over the stations' own, rms of all
+  /// residuals.
+  double shared_residual = 0;
 };
 
-/// Throws InputError where stations and priors do not determine the parameters.
-MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& estimator);
+/// Above this shared residual sds to first order of a robust loss may be off by more than 5 %
+/// (docs/studies/msa_parameters.md).
+inline constexpr double kLargeSharedResidual = 0.5;
+
+/// `cost`: of the estimator's loss, that of least squares without it. Throws InputError where stations and priors do
+/// not determine the parameters.
+MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& estimator,
+                                            const multistation::LossCost& cost = {});
 
 }  // namespace surveymc::analysis

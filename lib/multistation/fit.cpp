@@ -270,6 +270,7 @@ FitSensitivity fit_sensitivity(const std::vector<StationReadings>& stations, con
   FitSensitivity out;
   const auto n = run.normal_inverse.rows();
   out.posterior = run.normal_inverse.topLeftCorner(p, p);
+  out.of_priors = run.normal_inverse.topRows(p) * run.prior_precision.asDiagonal() * run.normal_inverse.leftCols(p);
   out.by_truth = Eigen::Matrix<double, Eigen::Dynamic, kParameters>::Zero(n, kParameters);
   for (std::size_t k = 0; k < stations.size(); ++k) {
     const Eigen::Matrix<double, Eigen::Dynamic, 3> gain =

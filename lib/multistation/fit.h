@@ -75,7 +75,13 @@ struct FitSensitivity {
   /// Per unit of each parameter of the table's true value: the pull of the priors (parameters of the set); the effect
   /// on the set of an error that is not in it.
   Eigen::Matrix<double, Eigen::Dynamic, kParameters> by_truth;
-  Eigen::MatrixXd posterior;  ///< (J'WJ + P)^-1 of the set
+  Eigen::MatrixXd posterior;  ///< N^-1 of the set, N = J'WJ + P with the reference's unknowns where it is estimated
+  Eigen::MatrixXd of_priors;  ///< N^-1 P N^-1 of the set: what errors of the priors make of the posterior
+
+  /// Claimed, for residuals whose variance is `variance` in units of the posterior's: as claim_for_variance().
+  Eigen::MatrixXd claimed(double variance) const {
+    return variance == 1 ? posterior : variance * (posterior - of_priors) + of_priors;
+  }
 };
 /// At error-free readings and the true errors `tool`. Rows: parameters of the set; then, where the reference is
 /// estimated, its gravity, total field and dip. Throws InputError as fit().

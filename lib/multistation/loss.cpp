@@ -1,5 +1,6 @@
 #include "multistation/loss.h"
 
+#include <array>
 #include <cmath>
 
 #include "base/error.h"
@@ -50,8 +51,8 @@ LossCost loss_cost(Loss loss, int components) {
   cost.mean_trust = mean_of(components, [&](double t) { return station_trust(weight(t)); });
   const double squares = mean_of(components, [&](double t) { return std::pow(weight(t) * t, 2); }) / d;
   // E[w + w' t / d] by parts: E[w t^2] / d, as the density f of t has (t f)' = (d - t^2) f.
-  const double slope = mean_of(components, [&](double t) { return weight(t) * t * t; }) / d;
-  cost.variance = squares / (slope * slope);
+  cost.slope = mean_of(components, [&](double t) { return weight(t) * t * t; }) / d;
+  cost.variance = squares / (cost.slope * cost.slope);
   return cost;
 }
 

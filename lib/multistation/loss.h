@@ -7,7 +7,6 @@
 /// those of regression with some 0.95 of the efficiency of least squares. Sources: P. Huber, Robust Statistics, 1981;
 /// GROOPS, robustLeastSquares (T. Mayer-Guerr et al.), whose weight beyond h sigma is a power of h sigma / |e|: huber
 /// here with power 1; P. Holland and R. Welsch, Comm. Stat. A6, 1977 (cauchy, tukey).
-#include <array>
 #include <string>
 #include <vector>
 
@@ -51,9 +50,14 @@ double scale_of_median(int components);
 inline double station_trust(double weight) { return weight < 1 ? weight : 1; }
 
 /// What a loss costs where nothing is wrong: residuals normal with unit sd, `components` a station, many stations.
-///   v = E[(w t)^2] / d / (E[w + w' t / d])^2, the variance of an estimate over that of least squares
+///   k = E[w + w' t / d],  v = E[(w t)^2] / d / k^2
+/// To first order a robust fit is least squares with the weight k of every station, whose residual e counts as
+/// psi(e) / k = e + h: h has the covariance v - 1 in units of that of e, and nothing in common with e, as E[psi e'] =
+/// k. A small residual that stations share, of the reference or of an error that is not estimated, counts as it is.
+/// Source: P. Huber, Robust Statistics, 1981, 6.3 (v); k and E[psi e'] by parts.
 struct LossCost {
-  double variance = 1;    ///< v
+  double slope = 1;       ///< k: how much a station weighs against priors
+  double variance = 1;    ///< v: variance of an estimate without priors over that of least squares
   double mean_trust = 1;  ///< E min(w, 1)
   /// With P = sum min(w, 1) J'J the covariance of the estimate is P^-1 times this.
   double covariance_factor() const { return variance * mean_trust; }

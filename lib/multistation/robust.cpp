@@ -14,6 +14,28 @@ int robust_components(const FitPlan& plan) {
   return sees_gravity ? kResiduals : kResiduals - 1;
 }
 
+RobustOptions robust_options(Loss loss, RobustStart start) {
+  RobustOptions o;
+  o.loss = loss;
+  o.start = start;
+  if (loss == Loss::tukey) {
+    o.start = RobustStart::lmeds;
+    o.scale = RobustScale::start;
+  }
+  return o;
+}
+
+LossCost loss_cost(Loss loss, const FitPlan& plan) { return loss_cost(loss, robust_components(plan)); }
+
+void fit_block_by_loss(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set,
+                       const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
+                       FitBlock& out, RobustBlock& robust) {
+  if (options.loss == Loss::least_squares)
+    fit_block(readings, plan, set, out);
+  else
+    robust_fit_block(readings, plan, set, options, stream, first_trial, out, robust);
+}
+
 void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const ParameterSet& set, const RobustOptions& options,
                       const random::Stream& stream, std::uint64_t first_trial, FitBlock& out, RobustBlock& robust,
                       const survey::LaneArray* given, const std::array<double, kUnknowns>& start) {
@@ -92,7 +114,7 @@ RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOpti
     out.fit.inverse = std::move(trusted.inverse);
     out.fit.by_reference = std::move(trusted.by_reference);
   }
-  out.factor = loss_cost(robust.loss, robust_components(plan)).covariance_factor();
+  out.factor = loss_cost(robust.loss, plan).covariance_factor();
   claim_for_variance(out.fit, o, out.factor);
   return out;
 }

@@ -16,6 +16,12 @@ namespace surveymc::multistation {
 /// Components of a station's residual: 2 or 3.
 int robust_components(const FitPlan& plan);
 
+/// How a loss is fitted. Tukey's begins with lmeds whatever `start`, and keeps the scale of that fit.
+RobustOptions robust_options(Loss loss, RobustStart start = RobustStart::least_squares);
+
+/// What the loss costs in a fit with this plan.
+LossCost loss_cost(Loss loss, const FitPlan& plan);
+
 /// What a robust fit of many trials finds beside the estimates.
 struct RobustBlock {
   RobustBlock(int trials, int stations)
@@ -34,6 +40,11 @@ void robust_fit_block(const SixAxisBlock& readings, const FitPlan& plan, const P
                       const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
                       FitBlock& out, RobustBlock& robust, const survey::LaneArray* given = nullptr,
                       const std::array<double, kUnknowns>& start = {});
+
+/// The fit by the loss of `options`: robust_fit_block(), or of least_squares fit_block().
+void fit_block_by_loss(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set,
+                       const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
+                       FitBlock& out, RobustBlock& robust);
 
 /// One run.
 struct RobustFit {

@@ -1,10 +1,13 @@
 #include "scenario/parameter_set.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "analysis/multistation_prediction.h"
 #include "base/units.h"
+#include "config/suggest.h"
 #include "scenario/scenario.h"
 
 namespace surveymc::scenario {
@@ -32,15 +35,76 @@ PerParameter<double> read_each(config::ConfigReader& c, const std::string& prefi
 std::vector<std::string> read_names(config::ConfigReader& c) {
   return c.texts(
       "estimator.parameters",
-      "constant errors that are estimated: '6': biases and scales of the magnetometers, as without the key; '9': 6 and "
-      "the rotation of the magnetometers; '12': biases and scales of both triads; '15': 12 and the rotation; '18': 15 "
-      "and magnetometer axes that are not orthogonal; '21': all; or a list of `abx` to `ayz`");
+      "constant errors that are estimated: '6': biases and scales of the magnetometers; '9': 6 and the rotation of the "
+      "magnetometers; '12': biases and scales of both triads; '15': 12 and the rotation; '18': 15 and magnetometer "
+      "axes "
+      "that are not orthogonal; '21': all; or a list of `abx` to `ayz`. Without the key: six gains and biases by "
+      "`estimator.name`, which is what '6' is where there is no `estimator.robust`; of `estimate` 'justified': the set "
+      "with the least information criterion; of `robustness_map` '3': biases of the magnetometers");
 }
 
 }  // namespace
 
+AskedParameters read_parameters(config::ConfigReader& c, const std::vector<std::string>& words) {
+  const std::vector<std::string> names = read_names(c), &sets = multistation::set_names();
+  const auto is_in = [&](const std::vector<std::string>& all) {
+    return names.size() == 1 && std::find(all.begin(), all.end(), names[0]) != all.end();
+  };
+  if (is_in(words)) return {{}, names[0]};
+  if (is_in(sets)) return {multistation::ParameterSet::named(names[0]), {}};
+  for (const std::string& name : names) {
+    if (multistation::find_parameter(name) >= 0) continue;
+    std::vector<std::string> known;
+    if (names.size() == 1) {  // a word, or a list of one
+      known = words;
+      known.insert(known.end(), sets.begin(), sets.end());
+    }
+    for (const multistation::Parameter& p : multistation::kTable) known.emplace_back(p.name);
+    c.fail("estimator.parameters", config::none_of(name, known));
+  }
+  return {c.place("estimator.parameters").with_place([&] { return multistation::ParameterSet::of(names); }), {}};
+}
+
 bool wants_parameter_set(config::ConfigReader& c) {
-  return c.has("estimator.parameters") && read_names(c) != std::vector<std::string>{"6"};
+  const bool is_robust = c.has("estimator.robust");
+  if (!c.has("estimator.parameters")) {
+    c.require(!is_robust, "estimator.robust",
+              "is of estimators by estimator.parameters: name them, \"6\" for biases and scales of the magnetometers");
+    return false;
+  }
+  return is_robust || read_names(c) != std::vector<std::string>{"6"};
+}
+
+void refuse_beside_parameters(config::ConfigReader& c, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys)
+    c.require(!c.has(key), key,
+              "is not of estimators by estimator.parameters and estimator.robust: leave it, or these two, out");
+}
+
+AskedLoss read_loss(config::ConfigReader& c) {
+  c.require(!c.has("estimator.robust.name"), "estimator.robust.name", "is a table: write { loss = \"cauchy\" }");
+  const std::vector<std::string>& losses = multistation::loss_names();
+  const std::string loss = c.choice("estimator.robust.loss", losses,
+                                    "loss of the fit: all but 'least_squares' give stations with large residuals less "
+                                    "weight; 'tukey' starts at the least median of squares",
+                                    "least_squares");
+  const std::string start =
+      c.choice("estimator.robust.start", {"least_squares", "lmeds"},
+               "where a robust loss starts: 'lmeds', the least median of squares of subsets; 'tukey' always does",
+               "least_squares");
+  return {static_cast<multistation::Loss>(std::find(losses.begin(), losses.end(), loss) - losses.begin()),
+          start == "lmeds" ? multistation::RobustStart::lmeds : multistation::RobustStart::least_squares};
+}
+
+multistation::ReferenceErrors read_reference_errors(config::ConfigReader& c,
+                                                    const multistation::ReferenceErrors& fallback) {
+  return {c.number("estimator.reference.gravity_mps2", config::Range::closed(0, 1),
+                   "one sd that the estimator assumes of the reference's gravity", fallback.gravity),
+          c.number("estimator.reference.total_nT", config::Range::closed(0, 1e5), config::kMeaningElsewhere,
+                   fallback.total),
+          c.number("estimator.reference.dip_deg", config::Range::closed(0, 45), config::kMeaningElsewhere,
+                   fallback.dip / kDegree) *
+              kDegree};
 }
 
 PerParameter<double> read_priors(config::ConfigReader& c, const PerParameter<double>& fallback) {
@@ -48,14 +112,15 @@ PerParameter<double> read_priors(config::ConfigReader& c, const PerParameter<dou
   return read_each(c, "estimator.priors.", config::Range::positive(), prior_meanings, fallback);
 }
 
-multistation::FitOptions read_parameter_set(config::ConfigReader& c, const AssumedSizes& truth,
-                                            const survey::ReferenceField& field) {
-  const std::vector<std::string> names = read_names(c);
-  multistation::FitOptions o;
-  const bool is_set = names.size() == 1 && multistation::find_parameter(names[0]) < 0;
-  o.parameters = c.place("estimator.parameters").with_place([&] {
-    return is_set ? multistation::ParameterSet::named(names[0]) : multistation::ParameterSet::of(names);
-  });
+SetEstimator read_parameter_set(config::ConfigReader& c, const AssumedSizes& truth,
+                                const survey::ReferenceField& field) {
+  SetEstimator out;
+  multistation::FitOptions& o = out.fit;
+  o.parameters = *read_parameters(c).set;
+  const AskedLoss asked = read_loss(c);
+  out.robust = multistation::robust_options(asked.loss, asked.start);
+  c.require(asked.loss == multistation::Loss::least_squares || truth.magnetometer > 0, "estimator.robust.loss",
+            "weighs stations by errors of their own, of which there are none: give noise.magnetometer_nT");
   const std::string name = c.choice("estimator.name", {"msa", "msa_joint"}, config::kMeaningElsewhere);
   o.estimates_reference = name == "msa_joint";
   o.prior_sd = read_priors(c, truth.prior_sd);
@@ -73,16 +138,21 @@ multistation::FitOptions read_parameter_set(config::ConfigReader& c, const Assum
              std::hypot(magnetometer, turn * horizontal)};
   o.total = field.total;
   o.dip = field.dip;
-  o.reference.gravity =
-      c.number("estimator.reference.gravity_mps2", config::Range::closed(0, 1),
-               "one sd that the estimator assumes of the reference's gravity", truth.reference.gravity);
-  o.reference.total = c.number("estimator.reference.total_nT", config::Range::closed(0, 1e5), config::kMeaningElsewhere,
-                               truth.reference.total);
-  o.reference.dip = c.number("estimator.reference.dip_deg", config::Range::closed(0, 45), config::kMeaningElsewhere,
-                             truth.reference.dip / kDegree) *
-                    kDegree;
+  o.reference = read_reference_errors(c, truth.reference);
   o.max_iterations = static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, config::kMeaningElsewhere, 200));
-  return o;
+  out.robust.newton_steps = o.max_iterations;
+  return out;
+}
+
+std::optional<compare::Warning> warn_of_shared_errors(double shared_residual) {
+  if (!(shared_residual > analysis::kLargeSharedResidual)) return {};
+  return compare::Warning{
+      "warning", "estimator.robust.loss", "",
+      fmt::format("of errors that stations share the fit leaves {:.1g} times the stations' own: sds to "
+                  "first order may be off by more than 5 %",
+                  shared_residual),
+      "estimate the reference with the tool (estimator.name = \"msa_joint\"), and what errors "
+      "the tool has"};
 }
 
 PerParameter<double> read_tool_sd(config::ConfigReader& c, const multistation::FitOptions& estimator) {

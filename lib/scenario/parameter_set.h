@@ -1,8 +1,14 @@
 #pragma once
-/// `estimator.parameters`: multi-station analysis with other parameters than the six gains and biases.
+/// `estimator.parameters`, `estimator.robust`, `estimator.priors`, `estimator.reference`: the keys of multi-station
+/// analysis with any parameters of the table, the same in all studies that have them.
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "analysis/multistation_trials.h"
+#include "compare/warnings.h"
 #include "config/config.h"
-#include "multistation/fit.h"
+#include "multistation/robust.h"
 #include "sensor/magnetometer.h"
 #include "survey/reference_field.h"
 
@@ -16,20 +22,57 @@ struct AssumedSizes {
   multistation::PerParameter<double> prior_sd = multistation::default_priors();
 };
 
-/// Whether `estimator.parameters` asks for other parameters than the six gains and biases: not without the key, and not
-/// with "6", which is the estimator without it (read_estimator()).
+/// What `estimator.parameters` says: a set, or one of the words that a study has besides.
+struct AskedParameters {
+  std::optional<multistation::ParameterSet> set;
+  std::string word;  ///< where there is no set
+};
+/// The key must be there. Throws InputError.
+AskedParameters read_parameters(config::ConfigReader& config, const std::vector<std::string>& words = {});
+
+/// Whether the config asks for this estimator: not without `estimator.parameters`, and not with "6" and no
+/// `estimator.robust`, which is the estimator without the key (read_estimator()). Throws InputError where there is a
+/// loss without parameters.
 bool wants_parameter_set(config::ConfigReader& config);
+
+/// Refuses keys of other estimators than this one, each with the way out.
+void refuse_beside_parameters(config::ConfigReader& config, const std::vector<std::string>& keys);
+
+/// What `estimator.robust = { loss, start }` says; without it least squares.
+struct AskedLoss {
+  multistation::Loss loss = multistation::Loss::least_squares;
+  multistation::RobustStart start = multistation::RobustStart::least_squares;
+};
+AskedLoss read_loss(config::ConfigReader& config);
+
+/// `estimator.reference = { gravity_mps2, total_nT, dip_deg }`: one sd that an estimator assumes of the reference; what
+/// is not given is that of `fallback`.
+multistation::ReferenceErrors read_reference_errors(config::ConfigReader& config,
+                                                    const multistation::ReferenceErrors& fallback);
 
 /// `estimator.priors.NAME`: one standard deviation of each parameter of the table about 0; without the key that of
 /// `fallback`.
 multistation::PerParameter<double> read_priors(config::ConfigReader& config,
                                                const multistation::PerParameter<double>& fallback);
 
+/// An estimator of a simulation.
+struct SetEstimator {
+  multistation::FitOptions fit;
+  multistation::RobustOptions robust;  ///< of loss least_squares where none is asked for
+
+  multistation::LossCost cost() const { return multistation::loss_cost(robust.loss, multistation::fit_plan(fit)); }
+};
+
 /// The estimator of such a config: `[estimator] name ("msa": the reference taken as it is, a consider parameter;
-/// "msa_joint": estimated with it), parameters, priors.NAME, magnetometer_nT, accelerometer_mps2, reference = {
-/// gravity_mps2, total_nT, dip_deg }, max_iterations`. Sizes that it does not name are those of the simulation.
-multistation::FitOptions read_parameter_set(config::ConfigReader& config, const AssumedSizes& truth,
-                                            const survey::ReferenceField& field);
+/// "msa_joint": estimated with it), parameters, robust, priors.NAME, magnetometer_nT, accelerometer_mps2, reference,
+/// max_iterations`. Sizes that it does not name are those of the simulation. Throws InputError: with a robust loss
+/// stations must have errors of their own (`truth.magnetometer`).
+SetEstimator read_parameter_set(config::ConfigReader& config, const AssumedSizes& truth,
+                                const survey::ReferenceField& field);
+
+/// What to know of the first order of a robust loss where shared errors are as large as this
+/// (MultistationPrediction::shared_residual); nothing where they are small.
+std::optional<compare::Warning> warn_of_shared_errors(double shared_residual);
 
 /// Tools that differ from run to run: `sensor.spread.parameters.NAME`, one sd of each parameter of the table. Without
 /// it the prior of a parameter of the set, and 0 of the others; magnetometers' biases and scales are those of

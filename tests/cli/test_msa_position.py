@@ -73,6 +73,53 @@ class MsaPosition(Case):
                 done = self.call("check", config, "--set", f"{key} = {json.dumps(value)}", code=65)
                 self.assertIn(says, done.stderr)
 
+    def test_robust_losses_go_with_parameters_alone(self):
+        """What does not go together is refused before anything runs, with a way out."""
+        smoke = Path(test_cli.SOURCE) / "configs/smoke"
+        robust = ("--set", "estimator.robust.loss=cauchy")
+        for config, settings, says in [
+                ("msa_position", robust, r'estimator\.robust: is of estimators by estimator\.parameters: name them, "6"'),
+                ("msa_benefit", robust, r'estimator\.robust: is of estimators by estimator\.parameters'),
+                ("corrected_codes", robust, r'estimator\.robust: needs correction\.kind = "estimator"'),
+                ("robustness_map", robust, r"estimator\.robust: the study compares losses: name them in estimator\.losses"),
+                ("estimate", robust, r'estimator\.robust: needs estimator\.name = "multistation"'),
+                ("estimate_chained", robust, r'estimator\.robust: needs estimator\.name = "multistation"'),
+                ("msa_robust", ("--set", 'prediction.orders=["second"]'), r"prediction: is not of estimators by estimator\.parameters"),
+                ("msa_robust", ("--set", "antithetic=true"), r"antithetic = true: is not of .* leave it, or these two, out"),
+                ("msa_robust", ("--set", "estimator.robust=cauchy"), r'estimator\.robust\.name = "cauchy": is a table: write \{ loss'),
+                ("msa_robust", ("--set", "estimator.robust.loss=couchy"), r'must be one of .*; did you mean "cauchy"\?'),
+                ("msa_robust", ("--set", "noise.magnetometer_nT=0", "--set", "estimator.magnetometer_nT=9", *robust),
+                 r"weighs stations by errors of their own, of which there are none: give noise\.magnetometer_nT"),
+                ("corrected_codes_parameters", (*robust, "--set", "draw.reference.station_total_nT=0", "--set",
+                                                "draw.reference.station_dip_deg=0", "--set", "noise.magnetometer_nT=0"),
+                 r"weighs stations by errors of their own")]:
+            with self.subTest(config=config, says=says):
+                self.assertRegex(self.call("check", smoke / f"{config}.toml", *settings, code=65).stderr, says)
+
+    def test_a_loss_of_least_squares_is_none(self):
+        """A sweep of losses may begin with it: the same bits. Six parameters are then a set like the others."""
+        smoke = Path(test_cli.SOURCE) / "configs/smoke/msa_parameter_sets.toml"
+        few = ("--trials", "64", "--set", 'estimator.parameters="12"')
+        numbers = []
+        for name, more in [("none", ()), ("named", ("--set", "estimator.robust.loss=least_squares"))]:
+            self.call("run", smoke, *few, *more, "-o", f"{name}.h5")
+            numbers.append(list(column(self.folder / f"{name}.h5", "tables/parameters", "monte_carlo")))
+        self.assertEqual(*numbers)
+        self.call("run", smoke, "--trials", "64", "--set", 'estimator.parameters="6"', "--set", "estimator.robust.loss=huber",
+                  "-o", "six.h5")
+        quantities = [q.decode() if isinstance(q, bytes) else q for q in column(self.folder / "six.h5", "tables/learnt", "parameter")]
+        self.assertEqual(quantities, ["mbx", "mby", "mbz", "msx", "msy", "msz"])
+
+    def test_errors_that_stations_share_are_warned_of(self):
+        """A loss is linear in them where they are small beside the stations' own."""
+        smoke = Path(test_cli.SOURCE) / "configs/smoke/msa_robust.toml"
+        for name, warned in [("msa_joint", False), ("msa", True)]:
+            with self.subTest(name=name):
+                self.call("run", smoke, "--trials", "64", "--set", "noise.magnetometer_nT=20", "--set", f"estimator.name={name}",
+                          "--set", 'estimator.parameters="6"', "--set", "estimator.robust.loss=cauchy", "-o", f"{name}.h5")
+                said = self.call("show", f"{name}.h5", "warnings").stdout
+                (self.assertIn if warned else self.assertNotIn)("of errors that stations share the fit leaves", said)
+
     def test_priors_that_pull_shift_the_reference_too(self):
         rows = self.rows("parameters", PULLED.format(estimator="msa_joint"))
         for quantity, truth in [("mean_reference_total", 51000), ("mean_reference_dip", 72)]:

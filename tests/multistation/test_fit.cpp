@@ -235,6 +235,22 @@ TEST_CASE("Estimates scatter as the sensitivity says, and the posterior is the c
   }
 }
 
+TEST_CASE("What a sensitivity claims for residuals of another variance is the claim of a fit") {
+  std::mt19937_64 random(3);
+  for (const bool estimates_reference : {false, true}) {
+    FitOptions o = options("12");
+    o.estimates_reference = estimates_reference;
+    o.reference = {0.003, 130, 0.2 * kDegree};
+    const std::vector<StationReadings> clean = readings({}, o, 20, {}, random);
+    std::vector<double> weights(clean.size(), 0.6);
+    Fit f = fit(clean, o, weights);
+    claim_for_variance(f, o, 1.7);
+    const Eigen::MatrixXd claimed = fit_sensitivity(clean, {}, o, weights).claimed(1.7);
+    const Eigen::VectorXd per_sd = f.posterior.diagonal().cwiseSqrt().cwiseInverse();
+    CHECK((per_sd.asDiagonal() * (claimed - f.posterior) * per_sd.asDiagonal()).cwiseAbs().maxCoeff() < 1e-6);
+  }
+}
+
 TEST_CASE("The sensitivity is the change of the estimate by each input") {
   std::mt19937_64 random(7);
   for (const bool estimates_reference : {false, true}) {

@@ -68,16 +68,6 @@ Fitted fit(const Linear& m, RobustOptions options, std::uint64_t group = 0) {
   return f;
 }
 
-RobustOptions options_of(Loss loss) {
-  RobustOptions o;
-  o.loss = loss;
-  if (loss == Loss::tukey) {
-    o.start = RobustStart::lmeds;
-    o.scale = RobustScale::start;
-  }
-  return o;
-}
-
 }  // namespace
 
 TEST_CASE("Weights fall from one, and meet where a loss has a corner") {
@@ -108,6 +98,9 @@ TEST_CASE("The cost of the sum of lengths is known in closed form") {
   const double c = kHuber, e = std::exp(-c * c / 2), tail = std::sqrt(kPi / 2) * std::erfc(c / std::sqrt(2.0));
   const double huber = (1 - e) / std::pow(1 - e + c / 2 * tail, 2);
   CHECK_THAT(loss_cost(Loss::huber, 2).variance, WithinRel(huber, 1e-6));
+  // And what a station weighs against priors: E[w + w' t / d].
+  CHECK_THAT(loss_cost(Loss::huber, 2).slope, WithinRel(1 - e + c / 2 * tail, 1e-6));
+  CHECK_THAT(loss_cost(Loss::l1, 2).slope, WithinRel(std::sqrt(kPi / 2) / 2, 0.0025));  // E[1 / t] / 2
   for (const int d : {1, 2, 3})
     for (const Loss loss : kLosses) {
       CHECK(loss_cost(loss, d).variance >= 1);  // nothing beats least squares where noise is normal
@@ -141,7 +134,7 @@ TEST_CASE("Batcher's exchanges sort everything that has zeros and ones") {
 TEST_CASE("Without a loss the fit is that of the normal equations") {
   for (const int components : {2, 3}) {
     const Linear m(20, components, 6, 3);
-    const Fitted f = fit(m, options_of(Loss::least_squares));
+    const Fitted f = fit(m, robust_options(Loss::least_squares));
     const Eigen::VectorXd exact = (m.j.transpose() * m.j).ldlt().solve(m.j.transpose() * m.y);
     CHECK(f.outcome.converged == 1);
     CHECK((f.x - exact).norm() < 1e-12 * exact.norm());
@@ -154,7 +147,7 @@ TEST_CASE("A robust fit is a fixed point: the weighted residuals have no gradien
     for (const Loss loss : {Loss::huber, Loss::cauchy, Loss::tukey}) {
       Linear m(30, components, 6, 11);
       m.y.head(6 * components) *= 40;  // six stations in error
-      RobustOptions o = options_of(loss);
+      RobustOptions o = robust_options(loss);
       o.reweightings = 1000;
       o.tolerance = 1e-13;
       const Fitted f = fit(m, o);
@@ -180,7 +173,7 @@ TEST_CASE("The unit of the residuals does not matter to a scale that is taken fr
     Linear m(25, 2, 3, 5), large = m;
     m.y.head(8) *= 30;
     large.y = 1024 * m.y;
-    RobustOptions o = options_of(loss);
+    RobustOptions o = robust_options(loss);
     o.tolerance = 1e-6;
     CHECK((fit(large, o).x - 1024 * fit(m, o).x).norm() < 1e-4 * fit(large, o).x.norm());
   }
@@ -195,8 +188,8 @@ TEST_CASE("LMedS and Tukey give the fit of the right stations where 45 % are wro
     const int n = 2 * 22;
     const Eigen::MatrixXd j = right.j.bottomRows(n);
     const Eigen::VectorXd exact = (j.transpose() * j).ldlt().solve(j.transpose() * right.y.tail(n));
-    robust = std::max(robust, (fit(m, options_of(Loss::tukey), seed).x - exact).norm());
-    plain = std::max(plain, (fit(m, options_of(Loss::least_squares)).x - exact).norm());
+    robust = std::max(robust, (fit(m, robust_options(Loss::tukey), seed).x - exact).norm());
+    plain = std::max(plain, (fit(m, robust_options(Loss::least_squares)).x - exact).norm());
   }
   CHECK(robust < 1);  // noise of 1 over 44 observations: an sd of 0.15 a parameter
   CHECK(plain > 100);
@@ -250,12 +243,12 @@ TEST_CASE("A trial's robust fit does not depend on the trials beside it, and fin
       for (int lane = 0; lane < 8; ++lane) put(readings_with_errors(6, static_cast<unsigned>(lane)), lane, mixed);
       FitBlock a(8, o), b(8, o);
       RobustBlock of_a(8, 21), of_b(8, 21);
-      robust_fit_block(mixed, plan, o.parameters, options_of(loss), stream, 16, a, of_a);
+      robust_fit_block(mixed, plan, o.parameters, robust_options(loss), stream, 16, a, of_a);
       for (int lane = 0; lane < 8; ++lane) {
         CHECK(a.converged.value(lane, 0) == 1);
         SixAxisBlock alike(8, 21, true);
         for (int other = 0; other < 8; ++other) put(readings_with_errors(6, static_cast<unsigned>(lane)), other, alike);
-        robust_fit_block(alike, plan, o.parameters, options_of(loss), stream, 16, b, of_b);
+        robust_fit_block(alike, plan, o.parameters, robust_options(loss), stream, 16, b, of_b);
         for (int i = 0; i < o.parameters.size(); ++i) CHECK(a.estimate.value(lane, i) == b.estimate.value(lane, i));
         for (int k = 0; k < 21; ++k) CHECK(of_a.weights.value(lane, k) == of_b.weights.value(lane, k));
         // What a robust fit is for. A bias has an sd of some 25 nT without errors.
@@ -273,7 +266,7 @@ TEST_CASE("One run's robust fit is least squares with its weights, and its covar
   for (const std::string set : {"3", "6", "12"})
     for (const Loss loss : kLosses) {
       const FitOptions o = options_of_set(set);
-      RobustOptions robust = options_of(loss);
+      RobustOptions robust = robust_options(loss);
       robust.reweightings = 500;
       robust.tolerance = 1e-10;
       const RobustFit r = robust_fit(run, o, robust, stream);
@@ -306,7 +299,7 @@ TEST_CASE("What a loss costs is a share of what stations say, not of priors of t
   o.estimates_reference = true;
   o.reference = {0, 300, 0.003};  // gravity is taken as exact
   for (const Loss loss : {Loss::huber, Loss::l1}) {
-    const RobustFit r = robust_fit(run, o, options_of(loss), random::Stream(3, 52));
+    const RobustFit r = robust_fit(run, o, robust_options(loss), random::Stream(3, 52));
     const Eigen::MatrixXd& joint = r.fit.joint;
     REQUIRE(joint.rows() == 12);
     CHECK(joint.row(9).norm() == 0);
@@ -359,7 +352,7 @@ TEST_CASE("Robust fits of an instrument begin near enough, where its biases are 
   o.total = total;
   o.dip = std::asin(sine);
   for (const Loss loss : {Loss::l1, Loss::huber, Loss::cauchy, Loss::tukey}) {
-    RobustOptions robust = options_of(loss);
+    RobustOptions robust = robust_options(loss);
     robust.reweightings = 200;
     robust.newton_steps = 100;
     const RobustFit r = robust_fit(shots, o, robust, random::Stream(3, 52));
@@ -374,7 +367,7 @@ TEST_CASE("Robust fits of an instrument begin near enough, where its biases are 
 TEST_CASE("A fit with the weights of a loss that does not converge is no answer") {
   FitOptions o = options_of_set("6");
   o.max_iterations = 1;
-  CHECK_THROWS_AS(robust_fit(readings_with_errors(2, 3), o, options_of(Loss::huber), random::Stream(3, 52)),
+  CHECK_THROWS_AS(robust_fit(readings_with_errors(2, 3), o, robust_options(Loss::huber), random::Stream(3, 52)),
                   InputError);
 }
 
@@ -387,7 +380,7 @@ TEST_CASE("A fit that knows the wrong stations is that of the others") {
   for (int k = 0; k < 21; ++k) given.fill(0, k, k < 5 ? 0 : 1);
   FitBlock found(8, o);
   RobustBlock robust(8, 21);
-  RobustOptions options = options_of(Loss::least_squares);
+  RobustOptions options = robust_options(Loss::least_squares);
   options.tolerance = 1e-6;
   robust_fit_block(block, fit_plan(o), o.parameters, options, random::Stream(3, 52), 0, found, robust, &given);
   const Fit others = fit({run.begin() + 5, run.end()}, o);
