@@ -9,7 +9,9 @@
 namespace surveymc::random {
 namespace {
 
-// Purposes of these draws. They are behind those of all studies (stream.h) and under study 0, which no run has.
+// Purposes of these draws. Rare events have channels of the same numbers (rare_channels.h), but no draw of a design is
+// one of a run on its seed: study and channel are one word of a draw's address (stream.h), and a design's study is 0,
+// StudyId::none, which no run has. A cipher gives different addresses different numbers.
 constexpr Channel kPermutation{70}, kJitter{71}, kScramble{72};
 
 /// 32 random bits of an address.

@@ -8,6 +8,8 @@
 #include <catch2/catch.hpp>
 
 #include "random/design_points.h"
+#include "random/rare_channels.h"
+#include "random/study_id.h"
 
 using namespace surveymc::random;
 
@@ -106,5 +108,18 @@ TEST_CASE("Every scrambled point is uniform over the seeds") {
     }
     CHECK(std::abs(sum / kSeeds - 0.5) < 5 / std::sqrt(12.0 * kSeeds));
     CHECK(std::abs(squares / kSeeds - 1.0 / 3) < 5 * std::sqrt(4.0 / 45 / kSeeds));
+  }
+}
+
+TEST_CASE("A design shares no number with a run on its seed, though rare events have channels of the same numbers") {
+  constexpr std::uint64_t kSeed = 11;
+  for (unsigned axis = 0; axis < 4; ++axis) {
+    const double u = latin_hypercube(0, 1, axis, kSeed);  // of one point: its draw alone
+    const auto drawn = [&](std::uint32_t study) {
+      return Stream(kSeed, study).uniforms<double>(0, kRareChoice, std::uint64_t{axis})[0];
+    };
+    CHECK(u == drawn(static_cast<std::uint32_t>(StudyId::none)));
+    for (std::uint32_t study = 1; study < 65536; ++study)
+      if (!name_of(StudyId{study}).empty()) CHECK(u != drawn(study));
   }
 }
