@@ -1,13 +1,16 @@
 /// Heavy-tailed laws against scipy, against the published factors of sizes, and their draws against both.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <catch2/catch.hpp>
 
 #include "random/mixing_draws.h"
 #include "random/mixing_law.h"
+#include "stats/intervals.h"
 
 using namespace surveymc;
 using namespace surveymc::random;
@@ -136,32 +139,43 @@ TEST_CASE("Characteristic functions are those of the mixture") {
   }
 }
 
-TEST_CASE("Drawn values have the moments and quantiles of their law") {
-  // A million draws of H; bands of 4.5 standard errors, some 40 of them: a chance of 3e-4 that any is missed.
-  constexpr int kGroups = 125'000, kTrials = 8 * kGroups;
+/// Calls use(slot, H) for the first `trials` draws of every law.
+template <class Use>
+void each_draw(const std::vector<MixingSlot>& slots, int trials, const Use& use) {
   const Stream stream(7, 1);
-  std::vector<MixingSlot> slots;
-  for (const LawOf& of : all_laws()) slots.push_back({std::make_shared<MixingLaw>(of), kMixingTerm, 5});
   const std::size_t stride = 2 * slots.size() * simd::kGroup;
-  std::vector<std::size_t> above(5 * slots.size());
-  std::vector<double> sum(slots.size());
-  const double at[] = {0.6744897501962755, 1, 2, 3, 3.5};
-  constexpr int kAtOnce = 500;
+  constexpr int kAtOnce = 500;  // groups
   std::vector<double> rows(stride * kAtOnce + 8);
   double* aligned = rows.data() + (64 - reinterpret_cast<std::uintptr_t>(rows.data()) % 64) % 64 / sizeof(double);
-  for (int first = 0; first < kGroups; first += kAtOnce) {
-    draw_mixing(stream, slots, static_cast<std::uint64_t>(8 * first), false, kAtOnce, aligned, stride);
+  for (int first = 0; first < trials; first += 8 * kAtOnce) {
+    draw_mixing(stream, slots, static_cast<std::uint64_t>(first), false, kAtOnce, aligned, stride);
     for (int t = 0; t < 8 * kAtOnce; ++t) {
-      const auto trial = static_cast<std::uint64_t>(8 * first + t);
-      const double z = stream.normal(trial, Channel::error_source, 0);
+      const double z = stream.normal(static_cast<std::uint64_t>(first + t), Channel::error_source, 0);
       for (std::size_t s = 0; s < slots.size(); ++s) {
         const double* row = aligned + static_cast<std::size_t>(t / 8) * stride + 2 * s * 8 + t % 8;
-        const double h = row[0] * z + row[8];
-        sum[s] += h;
-        for (std::size_t i = 0; i < 5; ++i) above[5 * s + i] += std::abs(h) > at[i];
+        use(s, row[0] * z + row[8]);
       }
     }
   }
+}
+
+std::vector<MixingSlot> slots_of(const std::vector<LawOf>& laws) {
+  std::vector<MixingSlot> slots;
+  for (const LawOf& of : laws) slots.push_back({std::make_shared<MixingLaw>(of), kMixingTerm, 5});
+  return slots;
+}
+
+TEST_CASE("Drawn values have the moments and quantiles of their law") {
+  // A million draws of H; bands of 4.5 standard errors, some 40 of them: a chance of 3e-4 that any is missed.
+  constexpr int kTrials = 1'000'000;
+  const std::vector<MixingSlot> slots = slots_of(all_laws());
+  std::vector<std::size_t> above(5 * slots.size());
+  std::vector<double> sum(slots.size());
+  const double at[] = {0.6744897501962755, 1, 2, 3, 3.5};
+  each_draw(slots, kTrials, [&](std::size_t s, double h) {
+    sum[s] += h;
+    for (std::size_t i = 0; i < 5; ++i) above[5 * s + i] += std::abs(h) > at[i];
+  });
   for (std::size_t s = 0; s < slots.size(); ++s) {
     CAPTURE(s);
     CHECK(std::abs(sum[s] / kTrials) < 4.5 / std::sqrt(kTrials));  // variance 1
@@ -169,6 +183,68 @@ TEST_CASE("Drawn values have the moments and quantiles of their law") {
       const double p = outside(*slots[s].law, at[i]);
       CHECK(std::abs(static_cast<double>(above[5 * s + i]) / kTrials - p) < 4.5 * std::sqrt(p * (1 - p) / kTrials));
     }
+  }
+}
+
+TEST_CASE("Ten million draws of every law have its quantiles and moments, within bands of 95 % for all",
+          "[.law_draws]") {
+  constexpr int kTrials = 10'000'000;
+  const std::vector<LawOf> laws{{},
+                                kLaplace,
+                                student(4),
+                                student(5),
+                                student(9),
+                                nig(1),
+                                nig(0.5),
+                                nig(0.2),
+                                nig(0.0565),
+                                two_point(0.05, 4),
+                                asymmetric(0.8, 0.670820393)};
+  const std::vector<MixingSlot> slots = slots_of(laws);
+  const double probability[] = {0.5, 0.683, 0.954, 0.9973};
+  std::vector<double> width;  // half, of the interval about 0
+  for (const MixingSlot& s : slots)
+    for (const double p : probability) {
+      double lo = 0, hi = 64;
+      for (int step = 0; step < 60; ++step) (outside(*s.law, (lo + hi) / 2) > 1 - p ? lo : hi) = (lo + hi) / 2;
+      width.push_back(lo);
+    }
+  std::vector<std::size_t> above(width.size());
+  std::vector<std::array<double, 8>> power(slots.size());  // sums of H^1 .. H^8
+  each_draw(slots, kTrials, [&](std::size_t s, double h) {
+    for (std::size_t i = 0; i < 4; ++i) above[4 * s + i] += std::abs(h) > width[4 * s + i];
+    double x = 1;
+    for (double& sum : power[s]) sum += x *= h;
+  });
+  struct Found {
+    std::size_t law;
+    std::string what;
+    double in_errors;  // difference over its standard error
+  };
+  std::vector<Found> all;
+  for (std::size_t s = 0; s < slots.size(); ++s) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double p = 1 - probability[i], share = static_cast<double>(above[4 * s + i]) / kTrials;
+      all.push_back({s, "quantile", (share - p) / std::sqrt(p * (1 - p) / kTrials)});
+    }
+    // Of moment m the error needs moment 2 m: by the law where there are four, by the draws beyond.
+    const MixingLaw& law = *slots[s].law;
+    const auto moment = [&](int m) { return power[s][static_cast<std::size_t>(m - 1)] / kTrials; };
+    all.push_back({s, "mean", moment(1) * std::sqrt(kTrials)});
+    const double kurtosis = law.excess_kurtosis();
+    if (!std::isfinite(kurtosis)) continue;
+    all.push_back({s, "variance", (moment(2) - 1) / std::sqrt((kurtosis + 2) / kTrials)});
+    if (laws[s].kind == LawKind::student && laws[s].degrees <= 8) continue;
+    all.push_back(
+        {s, "kurtosis", (moment(4) - 3 - kurtosis) / std::sqrt((moment(8) - moment(4) * moment(4)) / kTrials)});
+    if (!law.is_symmetric())
+      all.push_back(
+          {s, "skewness", (moment(3) - law.skewness()) / std::sqrt((moment(6) - moment(3) * moment(3)) / kTrials)});
+  }
+  const double bound = stats::normal_quantile(1 - 0.05 / (2 * static_cast<double>(all.size())));
+  for (const Found& f : all) {
+    CAPTURE(f.law, f.what, bound);
+    CHECK(std::abs(f.in_errors) < bound);
   }
 }
 
