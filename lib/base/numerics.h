@@ -7,7 +7,7 @@ namespace surveymc {
 /// Raised by one with every change after which the same config and seed may give another bit of any number. Tallies of
 /// two builds are merged only if their versions are equal. tests/formats holds the numbers of the smoke configs against
 /// this version.
-inline constexpr int kNumericsVersion = 13;
+inline constexpr int kNumericsVersion = 14;
 
 /// Begins the part of a program's name that decides the bits of its numbers.
 inline constexpr std::string_view kNumericsMark = "; numerics ";

@@ -4,16 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "base/error.h"
-
 namespace surveymc::disturbance {
-namespace {
-
-/// Of a factor, in units of the correlation.
-constexpr double kMostError = 1e-6;
-
-}  // namespace
-
 StationDisturbance::StationDisturbance(Disturbance disturbance, const survey::ReferenceField& field,
                                        std::vector<StationDraw> draws)
     : d_(std::move(disturbance)), draws_(std::move(draws)) {
@@ -105,25 +96,6 @@ void StationDisturbance::fill(const random::Stream& stream, std::uint64_t first_
           values(stream, first_trial + static_cast<std::uint64_t>(g * simd::kGroup + lane), antithetic);
       for (std::size_t i = 0; i < x.size(); ++i) rows.row(g, static_cast<int>(i))[lane] = x[i];
     }
-}
-
-Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& c) {
-  const Eigen::Index n = c.rows();
-  // Pivots of a matrix of rank r are rounding from the r-th on.
-  const double rounding = 1e-13 * static_cast<double>(n);
-  Eigen::MatrixXd l = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double pivot = c(j, j) - l.row(j).head(j).squaredNorm();
-    if (pivot <= rounding) continue;
-    l(j, j) = std::sqrt(pivot);
-    for (Eigen::Index i = j + 1; i < n; ++i) l(i, j) = (c(i, j) - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
-  }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double error = (l.topRows(i + 1) * l.row(i).transpose() - c.col(i).head(i + 1)).cwiseAbs().maxCoeff();
-    require(error < kMostError, "the correlation of the disturbance's draws has no factor: draw {} is {:.2g} off", i,
-            error);
-  }
-  return l;
 }
 
 }  // namespace surveymc::disturbance

@@ -68,9 +68,4 @@ class StationDisturbance {
   std::vector<std::pair<double, Eigen::Matrix3d>> lags_;  ///< of a series, sorted: lag, correlation of elements
 };
 
-/// Lower factor L of a correlation matrix, C = L L'. Rows that depend on those before them end in zeros: a disturbance
-/// of few waves has fewer independent numbers than stations. The factor of the unit matrix is the unit matrix, exactly.
-/// Throws InputError where L L' is not C to 1e-6: C is then no correlation matrix.
-Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& correlation);
-
 }  // namespace surveymc::disturbance

@@ -31,7 +31,8 @@ struct DisturbedDraws {
 /// `errors`: of the runs that disturbed_runs() gave.
 DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolRun>& runs,
                                const disturbance::Disturbance& disturbance, const survey::ReferenceField& field);
-/// The same errors to second moments by independent draws, for predictions (mixed_draws).
+/// The same errors to second moments by independent draws, for predictions (mixed_draws). Throws InputError where the
+/// correlation of the disturbance's draws has no factor to 1e-6: it is then no correlation matrix.
 WellErrors with_independent_draws(const WellErrors& errors, const DisturbedDraws& disturbed);
 
 /// The same effects to second moments by independent draws: each draw of a disturbed source becomes a source of its

@@ -1,5 +1,7 @@
 #include "stats/linear_algebra.h"
 
+#include <cmath>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -51,6 +53,26 @@ Cholesky cholesky(const MatrixXd& a) {
   Cholesky c;
   c.factor_.compute(a);
   return c;
+}
+
+MatrixXd lower_factor(const MatrixXd& c) {
+  const Eigen::Index n = c.rows();
+  // Pivots of a matrix of rank r are rounding from the r-th on.
+  const double rounding = 1e-13 * static_cast<double>(n);
+  const Cholesky definite = cholesky(c);
+  MatrixXd l = MatrixXd::Zero(n, n);
+  if (definite.positive_definite()) l = definite.lower();
+  if (l.diagonal().cwiseAbs2().minCoeff() > rounding) return l;
+  // Leaves out the columns of such pivots. Eigen's LDLT divides by them: it orders pivots by the given diagonal, of a
+  // correlation all ones, and what lies below a pivot of rounding is rounding, too, but may be far larger.
+  l.setZero();
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double pivot = c(j, j) - l.row(j).head(j).squaredNorm();
+    if (pivot <= rounding) continue;
+    l(j, j) = std::sqrt(pivot);
+    for (Eigen::Index i = j + 1; i < n; ++i) l(i, j) = (c(i, j) - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
+  }
+  return l;
 }
 
 MatrixXd Cholesky::lower() const { return factor_.matrixL(); }

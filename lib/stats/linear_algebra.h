@@ -59,6 +59,11 @@ class Cholesky {
 };
 Cholesky cholesky(const Eigen::MatrixXd& a);
 
+/// Lower triangular L with L L' = `correlation`, of any rank: a row that depends on those before it ends in zeros, and
+/// the column of its own is zero. The factor of the unit matrix is the unit matrix, exactly. Of a matrix with a
+/// negative eigenvalue L L' is another one.
+Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& correlation);
+
 /// The factors of A = L D L', A symmetric, with pivots; its lower triangle is read.
 class SymmetricFactor {
  public:

@@ -33,3 +33,27 @@ TEST_CASE("Factors of symmetric matrices: inverse, solution, determinant", "[sta
   a(2, 2) = -2;
   CHECK_FALSE(symmetric_factor(a).positive_definite());
 }
+
+TEST_CASE("A lower factor has the rank of its matrix, and that of a definite one is Cholesky's",
+          "[stats][linear_algebra]") {
+  MatrixXd definite(40, 40);
+  for (Index i = 0; i < 40; ++i)
+    for (Index j = 0; j < 40; ++j) definite(i, j) = i % 2 == j % 2 ? std::exp(-0.3 * std::abs(double(i - j))) : 0;
+  const MatrixXd l = lower_factor(definite);
+  CHECK((l - cholesky(definite).lower()).cwiseAbs().maxCoeff() < 1e-14);
+  CHECK((l.array() != 0).count() == 2 * (20 * 21) / 2);  // what is independent stays so, exactly
+  CHECK(lower_factor(MatrixXd::Identity(6, 6)) == MatrixXd::Identity(6, 6));
+
+  MatrixXd waves(30, 30);  // the first two rows are one: their cosines are
+  for (Index i = 0; i < 30; ++i)
+    for (Index j = 0; j < 30; ++j) waves(i, j) = std::cos(0.5 * double(std::max<Index>(i, 1) - std::max<Index>(j, 1)));
+  const MatrixXd w = lower_factor(waves);
+  CHECK((w * w.transpose() - waves).cwiseAbs().maxCoeff() < 1e-12);
+  CHECK((w.colwise().norm().array() > 0).count() == 2);
+  CHECK(w.col(1).isZero(0));
+  CHECK(MatrixXd(w.triangularView<Eigen::StrictlyUpper>()).isZero(0));
+
+  const MatrixXd none{{1, 0.9, -0.9}, {0.9, 1, 0.9}, {-0.9, 0.9, 1}};
+  const MatrixXd n = lower_factor(none);
+  CHECK((n * n.transpose() - none).cwiseAbs().maxCoeff() > 0.1);
+}
