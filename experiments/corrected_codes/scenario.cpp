@@ -330,14 +330,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
        CodeQuantity::azimuth});
   s.margin = c.number("compare.margin", config::Range::closed(0, 10), "a ratio up to 1 + margin holds", 0.05);
   s.orders = scenario::read_prediction_orders(c);
-  c.require(!s.orders.any() || !s.laws.any(), "prediction.orders",
-            "are of normal errors: not together with reference_law");
-  c.require(!s.disturbance || !s.laws.any(), "disturbance.kind", "not together with reference_law");
-  c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
-            "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");
+  scenario::require_orders_of(c, s.laws, s.disturbance.has_value(), s.orders);
+  scenario::set_beside_laws(c, s.disturbance, s.laws, s.tails);
   c.require(!s.orders.any() || s.which.correction.kind != analysis::Correction::Kind::parameters, "prediction.orders",
             "beyond \"first\" are of six gains and biases: not together with estimator.parameters");
-  c.require(!s.orders.any() || !s.disturbance, "prediction.orders", "beyond \"first\" have no [disturbance]");
   c.require(!s.orders.any() || !s.which.turned, "prediction.orders",
             "beyond \"first\" are made of normals, and draw.turn draws a uniform angle: leave one out");
   s.verdict = compare::read_verdict_rule(c);

@@ -124,9 +124,13 @@ CorrectedCodesPoint::CorrectedCodesPoint(Scenario scenario) : s_(std::move(scena
 }
 
 void CorrectedCodesPoint::predict_tails() {
+  constexpr std::array<std::uint32_t, 3> kRunDraws{15, 14, 13};  // of Channel::disturbed_run
   const analysis::CorrectedErrors& after = comparison_->after;
   for (std::size_t e = 0; e < 3; ++e)
-    if (s_.laws.elements[e].law && s_.laws.global) law_elements_.push_back(static_cast<random::ReferenceElement>(e));
+    if (s_.laws.elements[e].law && s_.laws.global && runs_)
+      law_draws_.push_back({static_cast<random::ReferenceElement>(e),
+                            runs_->setup().slots[static_cast<std::size_t>(runs_->setup().slot_of[e])],
+                            random::Channel::disturbed_run, kRunDraws[e]});
   if (!s_.tails.wanted) return;
   // Shares V as the draws do: of one time one slot an element, or one for all.
   const auto add = [&](const std::array<Eigen::Vector3d, 3>& effects, const Eigen::RowVector3d& u, double sd,
@@ -234,27 +238,8 @@ stats::Tally CorrectedCodesPoint::run_block(montecarlo::TrialBlock block) const 
         compare::count_beyond(position(t, static_cast<Eigen::Index>(kPositionCount + i)), tails_[i].sd, s_.tails,
                               tally.counts.data() + tail_counts() + i * s_.tails.k.size());
   }
-  add_laws(block, tally);
+  compare::DrawnLaws::add(random::stream_of(s_.seed), law_draws_, block, false, tally);
   return tally;
-}
-
-void CorrectedCodesPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
-  constexpr std::array<std::uint32_t, 3> kDraws{15, 14, 13};  // of Channel::disturbed_run
-  const int groups = survey::groups_for(block.count);
-  const random::Stream stream = random::stream_of(s_.seed);
-  std::vector<std::vector<double>> draws;
-  for (const random::ReferenceElement element : law_elements_) {
-    const auto e = static_cast<std::size_t>(element);
-    survey::LaneArray v(groups, 2);
-    random::draw_mixing(stream, {runs_->setup().slots[static_cast<std::size_t>(runs_->setup().slot_of[e])]},
-                        block.first, false, groups, v.row(0, 0), v.group_stride());
-    draws.emplace_back();
-    for (int t = 0; t < block.count; ++t)
-      draws.back().push_back(v.value(t, 0) * stream.normal(block.first + static_cast<std::uint64_t>(t),
-                                                           random::Channel::disturbed_run, kDraws[e]) +
-                             v.value(t, 1));
-  }
-  compare::DrawnLaws::add(draws, tally);
 }
 
 std::vector<Claim> CorrectedCodesPoint::claims_of(const stats::Tally& tally) const {
@@ -374,9 +359,9 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
                                               tally.trials - tally.failed, s_.verdict, s_.annotations, tally.trials,
                                               tally.failed));
       r.tables.push_back(compare::laws_table(
-          s_.laws, law_elements_, drawn && !law_elements_.empty() ? &tally.groups.back() : nullptr,
-          drawn && !law_elements_.empty() ? tally.counts.data() + tail_counts() + kPositionCount * s_.tails.k.size()
-                                          : nullptr,
+          s_.laws, law_draws_, drawn && !law_draws_.empty() ? &tally.groups.back() : nullptr,
+          drawn && !law_draws_.empty() ? tally.counts.data() + tail_counts() + kPositionCount * s_.tails.k.size()
+                                       : nullptr,
           s_.verdict.confidence));
     }
     r.tables.push_back(budget_table(s_, *comparison_));

@@ -59,7 +59,6 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   std::vector<Claim> claims_of(const stats::Tally& tally) const;
   store::Table orders_table(const stats::Tally& tally) const;
   void predict_tails();
-  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
   /// Where the counts of tails begin in a tally; those of the laws follow.
   std::size_t tail_counts() const {
     return kTails * (kPositionCount + static_cast<std::size_t>(runs_->stations())) + 1;
@@ -71,10 +70,10 @@ class CorrectedCodesPoint final : public study::StudyPoint {
   std::optional<CorrectedRuns> runs_;          ///< where there are trials, or orders beyond the first
   std::optional<orders::Predictions> orders_;  ///< none where the correction is not determined
   std::array<Eigen::RowVector3d, kPositionCount> directions_;
-  std::array<double, kPositionCount> claimed_{};        ///< sd along each of them, scope magnetic, m
-  std::vector<compare::TailQuantity> tails_;            ///< of kPositions after the correction
-  std::vector<random::ReferenceElement> law_elements_;  ///< elements of the run with a law
-  std::vector<double> claimed_azimuth_;                 ///< sd of sinI dA at each measured station, rad
+  std::array<double, kPositionCount> claimed_{};  ///< sd along each of them, scope magnetic, m
+  std::vector<compare::TailQuantity> tails_;      ///< of kPositions after the correction
+  std::vector<compare::LawDraw> law_draws_;       ///< of the run
+  std::vector<double> claimed_azimuth_;           ///< sd of sinI dA at each measured station, rad
 };
 
 /// Names and settings of a point's row, and the tables made of them.

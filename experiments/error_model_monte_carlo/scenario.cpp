@@ -187,15 +187,12 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   scenario::warn_of_idle_laws(c, s.laws, {&s.tools});
   c.require(!s.laws.any() || s.samples(), "errors.sources",
             "\"quadrature\" is of normal errors: not together with reference_law");
-  c.require(!s.disturbance || !s.laws.any() || !s.laws.random, "reference_law.modes",
-            "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R");
+  if (s.samples() && !events::has_events(c)) s.tails = compare::read_tail_rule(c, s.laws);
+  scenario::set_beside_laws(c, s.disturbance, s.laws, s.tails);
   if (events::has_events(c)) {
     read_event_scenario(c, s);
     return s;
   }
-  if (s.samples()) s.tails = compare::read_tail_rule(c, s.laws);
-  c.require(!s.tails.wanted || !s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1,
-            "disturbance.kind", "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction");
   s.formulations = read_formulations(c, s.laws.any());
   s.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.antithetic || !s.disturbance || s.disturbance->symmetric(), "antithetic",

@@ -153,8 +153,9 @@ void ErrorModelMonteCarlo::predict_tails() {
     for (std::size_t i = 0; i < errors_.draws.size() && s_.laws.elements[e].law; ++i)
       if (mixing_.slot_of_draw[i] >= 0 &&
           errors_.sources[errors_.draws[i].source].element == static_cast<random::ReferenceElement>(e)) {
-        law_draws_.push_back(i);
-        law_elements_.push_back(static_cast<random::ReferenceElement>(e));
+        law_draws_.push_back({static_cast<random::ReferenceElement>(e),
+                              mixing_.slots[static_cast<std::size_t>(mixing_.slot_of_draw[i])], places_[i].channel,
+                              places_[i].index});
         break;
       }
 }
@@ -373,26 +374,9 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
             tally.counts.data() + tail_counts() + (d * compare::kWellDirections.size() + i) * s_.tails.k.size());
     }
   }
-  add_laws(block, tally);
+  compare::DrawnLaws::add(stream_, law_draws_, block, s_.antithetic, tally);
   stop_.keep(block, tally);
   return tally;
-}
-
-void ErrorModelMonteCarlo::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
-  const int groups = survey::groups_for(block.count), step = s_.antithetic ? 2 : 1;
-  std::vector<std::vector<double>> draws;
-  for (const std::size_t d : law_draws_) {
-    survey::LaneArray v(groups, 2);
-    random::draw_mixing(stream_, {mixing_.slots[static_cast<std::size_t>(mixing_.slot_of_draw[d])]}, block.first,
-                        s_.antithetic, groups, v.row(0, 0), v.group_stride());
-    draws.emplace_back();
-    for (int t = 0; t < block.count; t += step) {
-      const std::uint64_t trial = (block.first + static_cast<std::uint64_t>(t)) / static_cast<std::uint64_t>(step);
-      draws.back().push_back(v.value(t, 0) * stream_.normal(trial, places_[d].channel, places_[d].index) +
-                             v.value(t, 1));
-    }
-  }
-  compare::DrawnLaws::add(draws, tally);
 }
 
 std::uint64_t ErrorModelMonteCarlo::units(const stats::Tally& tally) const {
@@ -452,7 +436,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.tails.wanted) {
     r.tables.push_back(tails_table(tally));
     const bool drawn = tally.trials > 0 && !law_draws_.empty();
-    r.tables.push_back(compare::laws_table(s_.laws, law_elements_, drawn ? &tally.groups[depths_.size()] : nullptr,
+    r.tables.push_back(compare::laws_table(s_.laws, law_draws_, drawn ? &tally.groups[depths_.size()] : nullptr,
                                            drawn ? tally.counts.data() + law_counts() : nullptr,
                                            s_.verdict.confidence));
   }

@@ -102,7 +102,6 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
                                     propagate::FirstOrder which) const;
   /// The draws of a disturbance, if there is one.
   std::optional<survey::LaneArray> made_draws(std::uint64_t first_trial, int groups) const;
-  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
   /// Where the counts of tails begin in a tally, behind those of the ellipses; then those of the laws.
   std::size_t tail_counts() const { return 3 * s_.formulations.size() * depths_.size(); }
   std::size_t law_counts() const {
@@ -137,8 +136,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<propagate::DrawPlace> places_;
   propagate::WellMixing mixing_;
   /// Of every element with a law that some draw has: such a draw.
-  std::vector<std::size_t> law_draws_;
-  std::vector<random::ReferenceElement> law_elements_;  ///< its element
+  std::vector<compare::LawDraw> law_draws_;
   std::optional<propagate::DisturbedDraws> disturbed_;  ///< draws of errors_ that a disturbance makes
   propagate::WellErrors independent_;                   ///< errors_ by independent draws: for predictions
   std::vector<Depth> depths_;

@@ -54,6 +54,10 @@ survey::Survey benefit_well(const Scenario& s, double inclination_deg, double az
   return benefit_well(s.well, inclination_deg, azimuth_deg);
 }
 
+std::string direction_name(const VerifiedDirection& d) {
+  return fmt::format("inclination {:g} azimuth {:g}", d.inclination_deg, d.azimuth_deg);
+}
+
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
@@ -64,6 +68,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.spread = scenario::read_tool_spread(c);
   s.noise = scenario::read_noise(c);
   c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
+  s.reference = scenario::read_drawn_reference(c, benefit_well(s, s.inclination_deg.front(), s.azimuth_deg.front()),
+                                               s.field, s.noise);
+  s.tails = compare::read_tail_rule(c, s.reference.laws);
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
   s.estimator = scenario::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
   s.estimator.estimated = scenario::read_estimated_parameters(c);
@@ -74,6 +81,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.calibration = compare::read_calibration(c, rows);
   c.require(!s.calibration.on || !s.verify.empty(), "calibration.margin",
             "without [[verify]] there are no trials to count: give a direction, or leave out [calibration]");
+  scenario::require_tables_of(c, s.reference, s.tails, s.orders, s.calibration);
   // The maps claim a distribution for every estimator; one that weighs is right only about its priors.
   if (estimate::estimator_kind(s.estimator.name).weighs)
     compare::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});

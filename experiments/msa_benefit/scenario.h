@@ -8,8 +8,10 @@
 #include "analysis/well_design.h"
 #include "compare/annotations.h"
 #include "compare/calibration.h"
+#include "compare/tails.h"
 #include "compare/trial_plan.h"
 #include "random/study_id.h"
+#include "scenario/drawn_reference.h"
 #include "scenario/prediction_orders.h"
 #include "sensor/tool_spread.h"
 
@@ -18,6 +20,9 @@ namespace surveymc::studies::msa_benefit {
 /// The quantities that are mapped and verified: "azimuth", "lateral".
 constexpr std::array<const char*, 2> kBenefits{"azimuth", "lateral"};
 constexpr std::array<const char*, 2> kBenefitUnits{"deg", "m"};
+
+/// Of table `tails`; before the correction nothing reads the reference.
+inline const std::vector<std::string> kTailNames{"azimuth_after", "lateral_after"};
 
 /// A direction of the last station where Monte Carlo is asked for.
 struct VerifiedDirection {
@@ -33,6 +38,8 @@ struct Scenario {
   survey::ReferenceField field;
   sensor::ToolSpread spread;  ///< the a-priori errors
   sensor::NoiseModel noise;
+  scenario::DrawnReference reference;  ///< of all directions: their stations are at the same depths
+  compare::TailRule tails;
   estimate::InputErrors errors;  ///< sizes of all of these
   estimate::EstimatorOptions estimator;
   scenario::PredictionOrders orders;  ///< of the lateral after MSA
@@ -52,5 +59,8 @@ bool is_vertical(double inclination_deg);
 /// lateral are limits.
 survey::Survey benefit_well(const Scenario& scenario, double inclination_deg, double azimuth_deg);
 survey::Survey benefit_well(const analysis::WellDesign& design, double inclination_deg, double azimuth_deg);
+
+/// "inclination 75 azimuth 30": begins the formulation of its rows.
+std::string direction_name(const VerifiedDirection& direction);
 
 }  // namespace surveymc::studies::msa_benefit

@@ -7,6 +7,7 @@
 ///   truth, tool drawn -> readings (sensor) -> gains and biases (estimate) -> azimuth, minimum curvature (survey)
 #include "msa_benefit/study.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@
 #include "compare/order_rows.h"
 #include "msa_benefit/parameter_set.h"
 #include "random/study_stream.h"
+#include "scenario/disturbance.h"
 #include "sensor/tool_spread.h"
 #include "study/experiment.h"
 #include "survey/corrected_position.h"
@@ -54,9 +56,11 @@ std::array<double, kPerDirection> predicted_sd(const analysis::Benefit& b) {
 
 /// What a cell of the maps says. Noise of accelerometers turns a vertical hole to any azimuth, before and after: it has
 /// none whose sd could be told, and what predict_benefit() gives grows with the nearness to the vertical.
-analysis::Benefit benefit_at(const Scenario& s, double inclination, double azimuth) {
+analysis::Benefit benefit_at(const Scenario& s, double inclination, double azimuth,
+                             const std::optional<Eigen::MatrixXd>& correlation) {
+  const Eigen::MatrixXd* c = correlation ? &*correlation : nullptr;
   analysis::Benefit b =
-      analysis::predict_benefit(benefit_well(s, inclination, azimuth), s.field, s.errors, s.estimator);
+      analysis::predict_benefit(benefit_well(s, inclination, azimuth), s.field, s.errors, s.estimator, c);
   if (s.errors.down > 0 && is_vertical(inclination)) b.before.azimuth = b.after.azimuth = kNaN;
   return b;
 }
@@ -73,6 +77,7 @@ orders::Predictions predicted_orders(const analysis::MsaChain& chain, const orde
 /// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
 std::vector<VerifiedWell> verified_wells(const Scenario& s) {
   std::vector<VerifiedWell> wells;
+  const std::optional<Eigen::MatrixXd> correlation = s.reference.correlation();
   for (const VerifiedDirection& d : s.verify) {
     VerifiedWell v;
     v.direction = d;
@@ -81,7 +86,8 @@ std::vector<VerifiedWell> verified_wells(const Scenario& s) {
     const survey::Station& last = v.survey.stations.back();
     v.lateral_N = survey::rotation_hla_from_nev(last.inclination, last.azimuth).row(1);
     v.position = survey::minimum_curvature_positions(v.survey).back().transpose();
-    v.benefit = analysis::predict_benefit(v.survey, s.field, s.errors, s.estimator);
+    v.benefit =
+        analysis::predict_benefit(v.survey, s.field, s.errors, s.estimator, correlation ? &*correlation : nullptr);
     d.place.require(std::isfinite(v.benefit.condition),
                     fmt::format("with azimuth_deg = {}: the stations do not determine the estimated parameters, there "
                                 "is nothing to verify",
@@ -117,8 +123,7 @@ std::vector<compare::Row> rows_of(const Scenario& s, const std::vector<VerifiedW
     rows.push_back(row);
   };
   for (std::size_t d = 0; d < s.verify.size(); ++d) {
-    const std::string direction =
-        fmt::format("inclination {:g} azimuth {:g}", s.verify[d].inclination_deg, s.verify[d].azimuth_deg);
+    const std::string direction = direction_name(s.verify[d]);
     const int first = kPerDirection * static_cast<int>(d);
     for (int q = 0; q < kPerDirection; ++q)
       add(direction, q, first + q, wells.empty() ? kNaN : predicted_sd(wells[d].benefit)[q]);
@@ -140,6 +145,8 @@ std::vector<compare::Row> rows_of(const Scenario& s, const std::vector<VerifiedW
     }
   }
   for (int q = 0; q < kPerDirection && s.verify.empty(); ++q) add("", q, -1, kNaN);
+  for (const VerifiedDirection& d : s.verify)
+    for (compare::Row& row : compare::tail_rows(kTailNames, s.tails, direction_name(d))) rows.push_back(std::move(row));
   return rows;
 }
 
@@ -154,23 +161,34 @@ BenefitPoint::BenefitPoint(Scenario scenario)
       stop_(s_.trial_plan, s_.verdict,
             [this](const stats::Tally& t) {
               return compare::RowsOfTables{{"verification", verification_rows(t)}};
-            }),
+            },
+            {.own_groups = s_.reference.laws.any() ? 1u : 0u}),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
       verified_(verified_wells(s_)),
+      mixing_(sensor::reference_mixing(s_.reference.laws, s_.noise, s_.well.stations)),
+      law_draws_(scenario::law_draws(mixing_)),
       rows_(rows_of(s_, verified_)),
       calibrated_rows_(compare::calibrated_rows(rows_, s_.calibration)) {
   for (const compare::Row& row : calibrated_rows_)
     calibrated_.push_back(compare::normal_quantity(row.formulation, row.quantity, row.prediction));
+  if (!s_.tails.wanted) return;
+  for (const VerifiedWell& v : verified_)
+    for (compare::TailQuantity& q : tails_after(v.benefit, mixing_)) {
+      q.place = direction_name(v.direction);
+      tails_.push_back(std::move(q));
+    }
 }
 
-BenefitPoint::Errors BenefitPoint::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
+BenefitPoint::Errors BenefitPoint::simulate(const VerifiedWell& v, std::uint64_t first, int count,
+                                            const survey::LaneArray& made) const {
   const random::Stream stream = random::stream_of(s_.seed);
   survey::ReadingBlock readings = sensor::make_reading_block(count, v.survey.size(), s_.noise);
   estimate::EstimateBlock estimates(count);
   survey::LaneArray deviation(survey::groups_for(count), 6), before(survey::groups_for(count), 3),
       after(survey::groups_for(count), 3);
-  sensor::simulate_readings(v.clean, s_.field, s_.noise, stream, first, readings);
+  sensor::simulate_readings(v.clean, s_.field, s_.noise, stream, first, readings, nullptr, nullptr, &mixing_,
+                            s_.reference.disturbed ? &made : nullptr);
   if (s_.spread.any()) sensor::spread_tools(v.clean, s_.spread, false, stream, first, readings, deviation);
   estimator_->solve(readings, estimates);
   const std::vector<double> md = v.survey.md();
@@ -197,8 +215,10 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
   const auto directions = static_cast<Eigen::Index>(verified_.size());
   Eigen::MatrixXd values(block.count, kPerDirection * directions);
   std::vector<bool> sound(static_cast<std::size_t>(block.count), true);
+  const random::Stream stream = random::stream_of(s_.seed);
+  const survey::LaneArray made = s_.reference.made(stream, block.first, false, survey::groups_for(block.count));
   for (Eigen::Index d = 0; d < directions; ++d) {
-    const Errors e = simulate(verified_[static_cast<std::size_t>(d)], block.first, block.count);
+    const Errors e = simulate(verified_[static_cast<std::size_t>(d)], block.first, block.count, made);
     for (int t = 0; t < block.count; ++t) {
       const auto trial = static_cast<std::size_t>(t);
       sound[trial] = sound[trial] && e.converged[trial];
@@ -217,11 +237,19 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
     }
   }
   tally.moments = stats::Moments::of(values.topRows(kept));
-  stop_.keep(block, tally);
-  tally.counts.assign(calibrated_.size() * stats::kPitSlots, 0);
+  tally.counts.assign(law_counts(), 0);
   for (std::size_t c = 0; c < calibrated_.size(); ++c)
     calibrated_[c].cells.count(values.col(calibrated_rows_[c].component).data(), static_cast<std::size_t>(kept), 0,
                                tally.counts.data() + c * stats::kPitSlots);
+  for (std::size_t q = 0; q < tails_.size(); ++q) {
+    const auto direction = static_cast<Eigen::Index>(q / kBenefits.size());
+    for (Eigen::Index t = 0; t < kept; ++t)
+      compare::count_beyond(
+          values(t, kPerDirection * direction + 1 + 2 * static_cast<Eigen::Index>(q % kBenefits.size())), tails_[q].sd,
+          s_.tails, tally.counts.data() + tail_counts() + q * s_.tails.k.size());
+  }
+  compare::DrawnLaws::add(stream, law_draws_, block, false, tally);
+  stop_.keep(block, tally);
   return tally;
 }
 
@@ -251,6 +279,35 @@ store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
       "predictions, of which the maps are the first" +
           compare::at_confidence(s_.verdict),
       rows, tally.trials, tally.failed, has_orders);
+  t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
+                                       {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
+  return t;
+}
+
+store::Table BenefitPoint::tails_table(const stats::Tally& tally) const {
+  store::Table t =
+      compare::tails_table(tails_, s_.tails, tally.trials > 0 ? tally.counts.data() + tail_counts() : nullptr,
+                           tally.moments.count, s_.verdict, s_.annotations, tally.trials, tally.failed);
+  // The direction gets columns of its own, and so has the sd of an azimuth, which is no length.
+  std::vector<double> inclination, azimuth, degrees;
+  const auto at =
+      std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "sd_m"; });
+  auto& metres = std::get<std::vector<double>>(at->values);
+  auto& formulations =
+      std::get<std::vector<std::string>>(std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) {
+                                           return c.name == "formulation";
+                                         })->values);
+  const std::size_t per_quantity = metres.size() / tails_.size();
+  for (std::size_t i = 0; i < metres.size(); ++i) {
+    const std::size_t q = i / per_quantity;
+    const VerifiedDirection& direction = verified_[q / kBenefits.size()].direction;
+    inclination.push_back(direction.inclination_deg);
+    azimuth.push_back(direction.azimuth_deg);
+    degrees.push_back(q % kBenefits.size() == 0 ? metres[i] : kNaN);
+    if (q % kBenefits.size() == 0) metres[i] = kNaN;
+    formulations[i] = formulations[i].substr(formulations[i].rfind(' ') + 1);
+  }
+  t.columns.insert(at + 1, {"sd_deg", "deg", "the predicted one of an azimuth", degrees});
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
                                        {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
   return t;
@@ -297,16 +354,31 @@ std::vector<double> BenefitPoint::orders_needed(const std::vector<analysis::Bene
 
 study::PointResult BenefitPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
   std::vector<analysis::Benefit> benefits;
+  const std::optional<Eigen::MatrixXd> correlation = s_.reference.correlation();
   for (const double inclination : s_.inclination_deg) {
     if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
-    for (const double azimuth : s_.azimuth_deg) benefits.push_back(benefit_at(s_, inclination, azimuth));
+    for (const double azimuth : s_.azimuth_deg) benefits.push_back(benefit_at(s_, inclination, azimuth, correlation));
   }
   study::PointResult r;
   const bool has_profile = s_.orders.wanted.profile;
   const std::vector<double> needed = has_profile ? orders_needed(benefits, options) : std::vector<double>();
   r.maps = benefit_maps(s_, benefits, needed);
+  if (s_.tails.wanted)
+    for (store::Map& m : tail_maps(s_, benefits, mixing_)) r.maps.push_back(std::move(m));
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  if (s_.tails.wanted) {
+    if (!verified_.empty()) r.tables.push_back(tails_table(tally));
+    const bool has_law = tally.trials > 0 && !law_draws_.empty();
+    r.tables.push_back(compare::laws_table(s_.reference.laws, law_draws_, has_law ? &tally.groups.front() : nullptr,
+                                           has_law ? tally.counts.data() + law_counts() : nullptr,
+                                           s_.verdict.confidence));
+  }
+  if (s_.reference.disturbance) {
+    const random::Stream stream = random::stream_of(s_.seed);
+    r.tables.push_back(
+        scenario::disturbance_table(*s_.reference.disturbance, s_.field, verified_.empty() ? nullptr : &stream));
+  }
   if (!verified_.empty() && s_.orders.any() && verified_.front().orders->second)
     r.tables.push_back(orders_table(tally));
   if (has_profile) r.tables.push_back(compare::order_shares_table("the lateral position after MSA", needed));
@@ -320,8 +392,10 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
 std::string BenefitPoint::replay(std::uint64_t trial) const {
   std::string text = fmt::format("trial {}\n", trial);
   const auto lane = static_cast<std::size_t>(trial % simd::kGroup);
+  const std::uint64_t first = trial / simd::kGroup * simd::kGroup;
+  const survey::LaneArray made = s_.reference.made(random::stream_of(s_.seed), first, false, 1);
   for (const VerifiedWell& v : verified_) {
-    const Errors e = simulate(v, trial / simd::kGroup * simd::kGroup, simd::kGroup);
+    const Errors e = simulate(v, first, simd::kGroup, made);
     const std::array<double, kPerDirection>& x = e.of_trial[lane];
     text += fmt::format(
         "  inclination {} deg, azimuth {} deg\n"

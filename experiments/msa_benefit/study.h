@@ -41,10 +41,15 @@ class BenefitPoint final : public study::StudyPoint {
 
  private:
   struct Errors;  // of a batch
-  Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
+  /// `made`: the reference's draws of these trials where a disturbance makes them.
+  Errors simulate(const VerifiedWell& v, std::uint64_t first, int count, const survey::LaneArray& made) const;
   /// Of table `verification`, direction by direction, which is their formulation.
   std::vector<compare::ComparisonRow> verification_rows(const stats::Tally& tally) const;
   store::Table verification_table(const stats::Tally& tally) const;
+  store::Table tails_table(const stats::Tally& tally) const;
+  /// Where the counts of tails begin in a tally, and behind them those of the laws.
+  std::size_t tail_counts() const { return calibrated_.size() * stats::kPitSlots; }
+  std::size_t law_counts() const { return tail_counts() + tails_.size() * s_.tails.k.size(); }
   store::Table orders_table(const stats::Tally& tally) const;
   /// Which order the lateral needs in every direction of the map: entry of orders::kOrderNames; NaN where MSA is not
   /// determined. Throws Interrupted.
@@ -56,9 +61,19 @@ class BenefitPoint final : public study::StudyPoint {
   std::unique_ptr<estimate::Estimator> estimator_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
   std::vector<VerifiedWell> verified_;
+  sensor::ReferenceMixing mixing_;
+  std::vector<compare::LawDraw> law_draws_;
+  std::vector<compare::TailQuantity> tails_;  ///< direction by direction: of kTailNames
   std::vector<compare::Row> rows_, calibrated_rows_;
   std::vector<compare::CalibratedQuantity> calibrated_;  ///< of the calibrated rows
 };
+
+/// Azimuth (deg) and lateral (m) after the correction, kTailNames: to first order a sum of normals and of the
+/// reference's errors by their laws.
+std::vector<compare::TailQuantity> tails_after(const analysis::Benefit& benefit, const sensor::ReferenceMixing& mixing);
+/// Maps of how often they are beyond every tails.k predicted sd.
+std::vector<store::Map> tail_maps(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits,
+                                  const sensor::ReferenceMixing& mixing);
 
 /// `benefits` on the grid of the scenario, azimuth fastest. `orders`: those needed; empty: no such map.
 std::vector<store::Map> benefit_maps(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits,

@@ -3,9 +3,13 @@
 #include <cmath>
 #include <functional>
 
+#include <fmt/format.h>
+
 #include "base/units.h"
 #include "compare/order_rows.h"
 #include "msa_benefit/study.h"
+#include "stats/heavy_tail.h"
+#include "stats/normal_tail.h"
 #include "stats/order_statistics.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -23,13 +27,16 @@ double ratio_of(const analysis::Benefit& b, std::size_t quantity) {
   return std::isnan(before) ? kNaN : analysis::benefit_ratio(before, sd_of(b.after, quantity));
 }
 
+std::vector<store::Axis> axes_of(const Scenario& s) {
+  return {{"inclination", "deg", "inclination of the last station", s.inclination_deg},
+          {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
+}
+
 }  // namespace
 
 std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analysis::Benefit>& benefits,
                                      const std::vector<double>& orders) {
-  const std::vector<store::Axis> axes{
-      {"inclination", "deg", "inclination of the last station", s.inclination_deg},
-      {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
+  const std::vector<store::Axis> axes = axes_of(s);
   std::vector<store::Map> maps;
   const auto add = [&](const std::string& name, const std::string& unit, const std::string& meaning,
                        const std::function<double(const analysis::Benefit&)>& value) {
@@ -52,6 +59,41 @@ std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analys
   add("gain_z_bias_z_correlation", "1", "correlation of the errors of gain_z and bias_z; NaN unless both are estimated",
       [](const analysis::Benefit& b) { return b.gain_bias_correlation; });
   if (!orders.empty()) maps.push_back({"order_needed", "1", compare::kOrderMapMeaning, axes, orders});
+  return maps;
+}
+
+std::vector<compare::TailQuantity> tails_after(const analysis::Benefit& b, const sensor::ReferenceMixing& mixing) {
+  std::vector<compare::TailQuantity> out;
+  for (std::size_t q = 0; q < kBenefits.size(); ++q) {
+    const double sd = q == 0 ? b.after.azimuth : b.after.lateral;  // rad, m
+    compare::TailQuantity tail{kTailNames[q], std::isfinite(sd) ? sd_of(b.after, q) : 0, {}};
+    if (tail.sd > 0 && !mixing.slots.empty())
+      tail.parts = stats::heavy_parts(mixing.slots, mixing.slot_of,
+                                      b.after_by_reference.row(static_cast<Eigen::Index>(q)).transpose(), sd * sd);
+    out.push_back(std::move(tail));
+  }
+  return out;
+}
+
+std::vector<store::Map> tail_maps(const Scenario& s, const std::vector<analysis::Benefit>& benefits,
+                                  const sensor::ReferenceMixing& mixing) {
+  std::vector<store::Map> maps;
+  for (std::size_t q = 0; q < kBenefits.size(); ++q)
+    for (const double k : s.tails.k)
+      maps.push_back({fmt::format("{}_beyond_{:g}", kTailNames[q], k),
+                      "1",
+                      fmt::format("probability of an error beyond {:g} predicted sd after MSA; of a normal one {:.3g}",
+                                  k, 2 * stats::normal_upper_tail(k)),
+                      axes_of(s),
+                      {}});
+  for (const analysis::Benefit& b : benefits) {
+    const std::vector<compare::TailQuantity> tails = tails_after(b, mixing);
+    for (std::size_t q = 0; q < tails.size(); ++q) {
+      const std::vector<double> p = stats::beyond(tails[q].parts, s.tails.k);
+      for (std::size_t i = 0; i < p.size(); ++i)
+        maps[q * s.tails.k.size() + i].values.push_back(tails[q].sd > 0 ? p[i] : kNaN);
+    }
+  }
   return maps;
 }
 

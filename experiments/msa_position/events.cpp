@@ -46,7 +46,7 @@ std::vector<events::TrialEvent> events_of(const Scenario& s) {
       std::make_shared<const EventInputs>(EventInputs{{s.survey, s.field, clean, s.noise, s.spread}, std::move(model)});
   const analysis::MsaPrediction& p = inputs->model.prediction;
   const Eigen::Vector3d truth = survey::minimum_curvature_positions(s.survey).back();
-  const sensor::ReferenceMixing mixing = sensor::reference_mixing(s.laws, s.noise, s.survey.size());
+  const sensor::ReferenceMixing mixing = sensor::reference_mixing(s.reference.laws, s.noise, s.survey.size());
   std::vector<events::TrialEvent> events;
   for (const events::EventRule& rule : s.events) {
     const bool is_in_sd = rule.quantity >= analysis::kMsaInSd;

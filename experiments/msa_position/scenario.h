@@ -2,7 +2,6 @@
 /// The checked settings of a config of `msa_position`.
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,10 +10,10 @@
 #include "compare/row.h"
 #include "compare/tails.h"
 #include "compare/trial_plan.h"
-#include "disturbance/station_disturbance.h"
 #include "estimate/observability.h"
 #include "events/event_study.h"
 #include "random/study_id.h"
+#include "scenario/drawn_reference.h"
 #include "scenario/prediction_orders.h"
 #include "sensor/tool_spread.h"
 
@@ -44,10 +43,8 @@ struct Scenario {
   sensor::MagnetometerErrors errors;
   sensor::ToolSpread spread;
   sensor::NoiseModel noise;
-  random::ReferenceLaws laws;
+  scenario::DrawnReference reference;
   compare::TailRule tails;
-  std::optional<disturbance::Disturbance> disturbance;               ///< of the reference of each station
-  std::shared_ptr<const disturbance::StationDisturbance> disturbed;  ///< draw 2 station + {total field, dip} of it
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
   scenario::PredictionOrders orders;

@@ -85,9 +85,9 @@ Components::Components(const Scenario& s) {
 Model model_of(const Scenario& s) {
   Model m;
   m.clean = sensor::clean_readings(s.survey, s.field, s.errors);
-  const Eigen::MatrixXd correlation = s.disturbed ? s.disturbed->correlation() : Eigen::MatrixXd();
+  const std::optional<Eigen::MatrixXd> correlation = s.reference.correlation();
   m.prediction = analysis::predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator,
-                                       s.disturbed ? &correlation : nullptr);
+                                       correlation ? &*correlation : nullptr);
   m.estimator = choose_estimator(s, m.clean, random::stream_of(s.seed));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
@@ -118,10 +118,11 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
               for (const ComparisonTable& table : kTables) all.push_back({table.name, rows_of_table(table.name, t)});
               return all;
             },
-            {.own_groups = s_.laws.any() ? 1u : 0u}),
+            {.own_groups = s_.reference.laws.any() ? 1u : 0u}),
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
-      mixing_(sensor::reference_mixing(s_.laws, s_.noise, s_.survey.size())),
+      mixing_(sensor::reference_mixing(s_.reference.laws, s_.noise, s_.survey.size())),
+      law_draws_(scenario::law_draws(mixing_)),
       prediction_(std::move(model.prediction)),
       orders_(std::move(model.orders)),
       inputs_(std::move(model.inputs)),
@@ -149,18 +150,13 @@ void PositionPoint::predict_tails() {
     const double variance = u.dot(covariance * u);
     compare::TailQuantity tail{
         kTailNames[static_cast<std::size_t>(q)], variance > 1e-14 * covariance.trace() ? std::sqrt(variance) : 0, {}};
-    std::vector<double> square(mixing_.slots.size()), sum(mixing_.slots.size());
-    for (std::size_t i = 0; i < mixing_.slot_of.size() && tail.sd > 0; ++i) {
-      if (mixing_.slot_of[i] < 0) continue;
-      const auto slot = static_cast<std::size_t>(mixing_.slot_of[i]);
-      const double x =
-          u.dot(Eigen::Map<const Eigen::Vector3d>(weights.data() + i * sensor::NoiseWeights::kSums + 6)) / tail.sd;
-      square[slot] += x * x;
-      sum[slot] += x;
+    if (tail.sd > 0 && !weights.empty()) {
+      using Weights = Eigen::Matrix<double, sensor::NoiseWeights::kSums, Eigen::Dynamic>;
+      const Eigen::Map<const Weights> of_draws(weights.data(), sensor::NoiseWeights::kSums,
+                                               static_cast<Eigen::Index>(weights.size()) / sensor::NoiseWeights::kSums);
+      const Eigen::VectorXd along = (u.transpose() * of_draws.bottomRows<3>()).transpose() / tail.sd;
+      tail.parts = stats::heavy_parts(mixing_.slots, mixing_.slot_of, along, 1);
     }
-    for (std::size_t slot = 0; slot < square.size(); ++slot)
-      if (square[slot] > 0)
-        tail.parts.push_back({mixing_.slots[slot].law, std::copysign(std::sqrt(square[slot]), sum[slot])});
     tails_.push_back(std::move(tail));
   }
 }
@@ -172,33 +168,6 @@ void PositionPoint::count_tails(const Eigen::Ref<const Eigen::MatrixXd>& values,
     for (Eigen::Index t = 0; t < values.rows(); t += antithetic() ? 2 : 1)
       compare::count_beyond(values(t, column), tails_[q].sd, s_.tails, counts + q * s_.tails.k.size());
   }
-}
-
-std::vector<random::ReferenceElement> PositionPoint::law_elements() const {
-  std::vector<random::ReferenceElement> out;
-  for (const std::uint32_t which : {1u, 0u})  // index of Channel::reference_field: total field 0, dip 1
-    if (!mixing_.slot_of.empty() && mixing_.slot_of[which] >= 0)
-      out.push_back(which == 1 ? random::ReferenceElement::dip : random::ReferenceElement::total);
-  return out;
-}
-
-/// Of the first station, or of the run: in the order of law_elements().
-void PositionPoint::add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const {
-  const int groups = survey::groups_for(block.count), step = antithetic() ? 2 : 1;
-  std::vector<std::vector<double>> draws;
-  for (const random::ReferenceElement e : law_elements()) {
-    const std::uint32_t which = e == random::ReferenceElement::dip ? 1 : 0;  // index of Channel::reference_field
-    survey::LaneArray v(groups, 2);
-    random::draw_mixing(stream_, {mixing_.slots[static_cast<std::size_t>(mixing_.slot_of[which])]}, block.first,
-                        antithetic(), groups, v.row(0, 0), v.group_stride());
-    draws.emplace_back();
-    for (int t = 0; t < block.count; t += step) {
-      const std::uint64_t trial = (block.first + static_cast<std::uint64_t>(t)) / static_cast<std::uint64_t>(step);
-      draws.back().push_back(v.value(t, 0) * stream_.normal(trial, random::Channel::reference_field, which) +
-                             v.value(t, 1));
-    }
-  }
-  compare::DrawnLaws::add(draws, tally);
 }
 
 std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
@@ -340,7 +309,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   if (antithetic()) tally.pairs = stats::Moments::of(stats::pair_columns(values.topRows(kept)));
   count_calibration(values.topRows(kept), angles, tally.counts);
   count_tails(values.topRows(kept), tally.counts.data() + tail_counts());
-  add_laws(block, tally);
+  compare::DrawnLaws::add(stream_, law_draws_, block, antithetic(), tally);
   stop_.keep(block, tally);
   for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
     const auto [i, j] = kControlledPairs[p];
@@ -386,7 +355,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     r.tables.push_back(compare::tails_table(tails_, s_.tails, drawn ? tally.counts.data() + tail_counts() : nullptr,
                                             units(tally), s_.verdict, s_.annotations, tally.trials, tally.failed));
     const bool has_law = drawn && !mixing_.slots.empty();
-    r.tables.push_back(compare::laws_table(s_.laws, law_elements(), has_law ? &tally.groups.front() : nullptr,
+    r.tables.push_back(compare::laws_table(s_.reference.laws, law_draws_, has_law ? &tally.groups.front() : nullptr,
                                            has_law ? tally.counts.data() + law_counts() : nullptr,
                                            s_.verdict.confidence));
   }
@@ -400,7 +369,8 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   r.tables.push_back(compare::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
-  if (s_.disturbance) r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, &stream_));
+  if (s_.reference.disturbance)
+    r.tables.push_back(scenario::disturbance_table(*s_.reference.disturbance, s_.field, &stream_));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
   return r;
 }
@@ -434,13 +404,9 @@ std::string PositionPoint::replay(std::uint64_t trial) const {
 
 void PositionPoint::simulate(std::uint64_t first, Batch& b) const {
   const sensor::NoiseWeights* weights = s_.control_variate ? &prediction_.weights : nullptr;
-  survey::LaneArray made;
-  if (s_.disturbed) {
-    made = survey::LaneArray(b.readings.groups(), 2 * s_.survey.size());
-    s_.disturbed->fill(stream_, first, s_.noise.antithetic, b.readings.groups(), made);
-  }
+  const survey::LaneArray made = s_.reference.made(stream_, first, s_.noise.antithetic, b.readings.groups());
   sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums, &mixing_,
-                            s_.disturbed ? &made : nullptr);
+                            s_.reference.disturbed ? &made : nullptr);
   if (s_.spread.any())
     sensor::spread_tools(clean_, s_.spread, s_.noise.antithetic, stream_, first, b.readings, b.deviation, weights,
                          &b.sums);

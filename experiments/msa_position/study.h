@@ -108,9 +108,6 @@ class PositionPoint final : public study::StudyPoint {
                          std::vector<std::uint64_t>& counts) const;
   void predict_tails();
   void count_tails(const Eigen::Ref<const Eigen::MatrixXd>& values, std::uint64_t* counts) const;
-  void add_laws(montecarlo::TrialBlock block, stats::Tally& tally) const;
-  /// Elements with a law that are drawn.
-  std::vector<random::ReferenceElement> law_elements() const;
   /// Where the counts of tails begin in a tally, and behind them those of the laws.
   std::size_t tail_counts() const { return kCounts + calibrated_.size() * stats::kPitSlots; }
   std::size_t law_counts() const { return tail_counts() + tails_.size() * s_.tails.k.size(); }
@@ -139,6 +136,7 @@ class PositionPoint final : public study::StudyPoint {
   sensor::CleanReadings clean_;
   std::vector<double> md_;
   sensor::ReferenceMixing mixing_;
+  std::vector<compare::LawDraw> law_draws_;
   std::vector<compare::TailQuantity> tails_;
   analysis::MsaPrediction prediction_;
   std::optional<orders::Predictions> orders_;

@@ -160,14 +160,20 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.laws = scenario::read_reference_laws(c, {.sizes = false});
   scenario::warn_of_idle_laws(c, s.laws, {&s.tools});
   s.tails = compare::read_tail_rule(c, s.laws);
-  c.require(!s.tails.wanted || !s.disturbance, "disturbance.kind", "not together with the table `tails`");
+  scenario::set_beside_laws(c, s.disturbance, s.laws, s.tails);
+  c.require(!s.tails.wanted || s.tails.predicted, "disturbance.kind",
+            "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction, but "
+            "error_model_monte_carlo has trials");
   c.finish();
   return s;
 }
 
 /// Table `tails` of the last station.
 store::Table tails_table(const Scenario& s) {
-  const propagate::WellErrors errors = propagate::well_errors(s.survey, s.tvd, s.tools.runs, s.field, s.latitude);
+  propagate::WellErrors errors = propagate::well_errors(s.survey, s.tvd, s.tools.runs, s.field, s.latitude);
+  if (s.disturbance)
+    errors = propagate::with_independent_draws(
+        errors, propagate::disturbed_draws(errors, s.tools.runs, *s.disturbance, s.field));
   const std::size_t last = s.survey.stations.size() - 1;
   const survey::Station& at = s.survey.stations[last];
   const compare::WellTails tails =

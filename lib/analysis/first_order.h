@@ -50,15 +50,26 @@ struct InputEffects {
   std::vector<Eigen::Matrix<double, Q, 2>> reference;      ///< total field, dip: one of the run, or one a station
   Eigen::Matrix<double, Q, 6> tool;                        ///< true gain x, y, z, bias x, y, z
 
-  /// Of the quantities, where a draw of size 1 has variance 1.
-  Eigen::Matrix<double, Q, Q> covariance() const {
+  /// Of the quantities, where a draw of size 1 has variance 1. `correlation`: of the reference's draws, two a station;
+  /// null: they are independent.
+  Eigen::Matrix<double, Q, Q> covariance(const Eigen::MatrixXd* correlation = nullptr) const {
     Eigen::Matrix<double, Q, Q> c = square(tool);
     for (std::size_t k = 0; k < magnetometer.size(); ++k) {
       c += square(magnetometer[k]);
       c += square(accelerometer[k]);
     }
     for (const auto& m : reference) c += square(m);
+    if (correlation == nullptr) return c;
+    const auto draws = by_reference();
+    c += draws * (*correlation - Eigen::MatrixXd::Identity(draws.cols(), draws.cols())) * draws.transpose();
     return c;
+  }
+  /// `reference` as one matrix: column 2 pair + {0 total field, 1 dip}.
+  Eigen::Matrix<double, Q, Eigen::Dynamic> by_reference() const {
+    Eigen::Matrix<double, Q, Eigen::Dynamic> all(Q, 2 * static_cast<Eigen::Index>(reference.size()));
+    for (std::size_t k = 0; k < reference.size(); ++k)
+      all.template middleCols<2>(2 * static_cast<Eigen::Index>(k)) = reference[k];
+    return all;
   }
 
  private:

@@ -42,8 +42,8 @@ estimate::Sensitivity of_no_estimate(std::size_t stations) {
   return s;
 }
 
-BenefitSd sd_of(const InputEffects<2>& effects) {
-  const Eigen::Vector2d variance = effects.covariance().diagonal();
+BenefitSd sd_of(const InputEffects<2>& effects, const Eigen::MatrixXd* correlation) {
+  const Eigen::Vector2d variance = effects.covariance(correlation).diagonal();
   return {std::sqrt(variance[0]), std::sqrt(variance[1])};
 }
 
@@ -60,13 +60,14 @@ BenefitEffects benefit_effects(const survey::Survey& survey, const estimate::Nom
 }
 
 Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceField& field,
-                        const estimate::InputErrors& errors, const estimate::EstimatorOptions& estimator) {
+                        const estimate::InputErrors& errors, const estimate::EstimatorOptions& estimator,
+                        const Eigen::MatrixXd* correlation) {
   const estimate::NominalTruth truth{
       sensor::station_fields(sensor::clean_readings(survey, field, {})), {1, 1, 1}, {0, 0, 0}, field};
   const std::optional<estimate::Sensitivity> s = estimate::find_sensitivity(estimator, truth);
   const BenefitEffects effects = benefit_effects(survey, truth, s, errors);
   Benefit out;
-  out.before = sd_of(effects.before);
+  out.before = sd_of(effects.before, nullptr);  // nothing but an estimate reads the reference
   out.gain_bias_correlation = kNaN;
   if (!s) {
     out.after = {kInfinity, kInfinity};
@@ -74,9 +75,10 @@ Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceFie
     return out;
   }
   out.condition = s->condition;
-  out.after = sd_of(*effects.after);
+  out.after = sd_of(*effects.after, correlation);
+  out.after_by_reference = effects.after->by_reference();
   if (estimator.estimated[2] && estimator.estimated[5]) {
-    const estimate::Matrix8d c = estimate::error_covariance(*s, truth.stations, errors);
+    const estimate::Matrix8d c = estimate::error_covariance(*s, truth.stations, errors, correlation);
     if (c(2, 2) > 0 && c(5, 5) > 0) out.gain_bias_correlation = c(2, 5) / std::sqrt(c(2, 2) * c(5, 5));
   }
   return out;

@@ -110,15 +110,7 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
     p.parameters[3 + i] = errors.bias[a] + shift[3 + i];
   }
   p.uncorrected = survey::minimum_curvature_positions(survey.md(), uncorrected).back();
-  estimate::Matrix8d covariance = estimate::error_covariance(sensitive, fields, sd);
-  if (correlation != nullptr) {
-    Eigen::Matrix<double, 8, Eigen::Dynamic> by_draws(8, correlation->cols());
-    for (std::size_t k = 0; k < fields.size(); ++k)
-      by_draws.middleCols<2>(2 * static_cast<Eigen::Index>(k)) =
-          sensitive.by_reference[k] * Eigen::Vector2d(sd.total, sd.dip).asDiagonal();
-    covariance +=
-        by_draws * (*correlation - Eigen::MatrixXd::Identity(by_draws.cols(), by_draws.cols())) * by_draws.transpose();
-  }
+  const estimate::Matrix8d covariance = estimate::error_covariance(sensitive, fields, sd, correlation);
   p.parameter_covariance = covariance.topLeftCorner<6, 6>();
   p.reference_covariance = covariance.bottomRightCorner<2, 2>();
   p.claimed_covariance = estimate::error_covariance(sensitive, fields, estimator.assumed);

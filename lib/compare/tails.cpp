@@ -11,12 +11,17 @@
 #include "propagate/ellipse.h"
 #include "stats/normal_tail.h"
 #include "stats/sample_summary.h"
+#include "survey/readings.h"
 
 namespace surveymc::compare {
 namespace {
 
 constexpr const char* kMixture = "mixture";
 constexpr const char* kNormal = "normal";
+
+std::string formulation_name(const std::string& place, const char* name) {
+  return place.empty() ? name : place + " " + name;
+}
 
 std::string row_name(const std::string& quantity, double k) { return fmt::format("{}_beyond_{:g}", quantity, k); }
 
@@ -51,13 +56,13 @@ WellTails well_tails(const propagate::WellMixing& mixing, const Eigen::Matrix3Xd
   return out;
 }
 
-std::vector<Row> tail_rows(const std::vector<std::string>& names, const TailRule& rule) {
+std::vector<Row> tail_rows(const std::vector<std::string>& names, const TailRule& rule, const std::string& place) {
   std::vector<Row> rows;
   for (const std::string& name : names)
     for (const double k : rule.k)
       for (const char* formulation : {kMixture, kNormal})
         rows.push_back({.table = "tails",
-                        .formulation = formulation,
+                        .formulation = formulation_name(place, formulation),
                         .quantity = row_name(name, k),
                         .unit = "1",
                         .predicted = false,
@@ -78,19 +83,21 @@ store::Table tails_table(const std::vector<TailQuantity>& quantities, const Tail
   judged.at_all_looks = false;  // no look at these rows ends a run
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     const TailQuantity& x = quantities[q];
-    const std::vector<double> mixture = stats::beyond(x.parts, rule.k);
+    const std::vector<double> mixture =
+        rule.predicted ? stats::beyond(x.parts, rule.k) : std::vector<double>(rule.k.size(), kNaN);
     double heavy = 0;
     for (const stats::HeavyPart& p : x.parts) heavy += p.weight * p.weight;
     for (std::size_t i = 0; i < rule.k.size(); ++i)
       for (const char* formulation : {kMixture, kNormal}) {
         const double of_normal = 2 * stats::normal_upper_tail(rule.k[i]);
         const bool is_mixture = formulation == kMixture, has_error = x.sd > 0;
-        rows.push_back(
-            labelled(formulation, compare_rate(row_name(x.name, rule.k[i]),
-                                               counts != nullptr && has_error ? counts[q * rule.k.size() + i] : 0,
-                                               counts != nullptr && has_error ? runs : 0,
-                                               is_mixture ? mixture[i] : of_normal, judged, trials)));
+        rows.push_back(labelled(formulation_name(x.place, formulation),
+                                compare_rate(row_name(x.name, rule.k[i]),
+                                             counts != nullptr && has_error ? counts[q * rule.k.size() + i] : 0,
+                                             counts != nullptr && has_error ? runs : 0,
+                                             is_mixture ? mixture[i] : of_normal, judged, trials)));
         if (counts == nullptr) rows.back().note = "no trials";
+        if (is_mixture && !rule.predicted) rows.back().note = "no prediction: a disturbance here is not normal";
         if (!has_error) rows.back().note = "no error in this direction";
         ks.push_back(rule.k[i]);
         sds.push_back(x.sd);
@@ -110,6 +117,22 @@ store::Table tails_table(const std::vector<TailQuantity>& quantities, const Tail
   return t;
 }
 
+void DrawnLaws::add(const random::Stream& stream, const std::vector<LawDraw>& draws, montecarlo::TrialBlock block,
+                    bool antithetic, stats::Tally& tally) {
+  const int groups = survey::groups_for(block.count), step = antithetic ? 2 : 1;
+  std::vector<std::vector<double>> values;
+  for (const LawDraw& d : draws) {
+    survey::LaneArray v(groups, 2);
+    random::draw_mixing(stream, {d.slot}, block.first, antithetic, groups, v.row(0, 0), v.group_stride());
+    values.emplace_back();
+    for (int t = 0; t < block.count; t += step) {
+      const std::uint64_t trial = (block.first + static_cast<std::uint64_t>(t)) / static_cast<std::uint64_t>(step);
+      values.back().push_back(v.value(t, 0) * stream.normal(trial, d.channel, d.index) + v.value(t, 1));
+    }
+  }
+  add(values, tally);
+}
+
 void DrawnLaws::add(const std::vector<std::vector<double>>& draws, stats::Tally& tally) {
   if (draws.empty()) return;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(draws[0].size()), static_cast<Eigen::Index>(draws.size()));
@@ -123,7 +146,7 @@ void DrawnLaws::add(const std::vector<std::vector<double>>& draws, stats::Tally&
   tally.groups.push_back(stats::Moments::of(values));
 }
 
-store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<random::ReferenceElement>& drawn,
+store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<LawDraw>& drawn,
                         const stats::Moments* moments, const std::uint64_t* counts, double confidence) {
   TableRows t("laws", "laws of the errors of the reference, by their formulas and as drawn");
   const double p68 = 1 - 2 * stats::normal_upper_tail(1), p95 = 1 - 2 * stats::normal_upper_tail(2);
@@ -157,7 +180,9 @@ store::Table laws_table(const random::ReferenceLaws& laws, const std::vector<ran
   };
   for (std::size_t e = 0; e < laws.elements.size(); ++e) {
     if (!laws.elements[e].law) continue;
-    const auto at = std::find(drawn.begin(), drawn.end(), static_cast<random::ReferenceElement>(e));
+    const auto at = std::find_if(drawn.begin(), drawn.end(), [e](const LawDraw& d) {
+      return d.element == static_cast<random::ReferenceElement>(e);
+    });
     const auto number = at == drawn.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - drawn.begin()));
     write(random::reference_elements()[e], laws.elements[e], *laws.elements[e].law, number);
   }

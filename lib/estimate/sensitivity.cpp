@@ -201,7 +201,7 @@ std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, con
 }
 
 Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::StationFields>& stations,
-                          const InputErrors& errors) {
+                          const InputErrors& errors, const Eigen::MatrixXd* correlation) {
   Vector6d truth_sd;
   truth_sd.head<3>().setConstant(errors.gain);
   for (int axis = 0; axis < 3; ++axis) truth_sd[3 + axis] = errors.bias_sd(axis);
@@ -227,7 +227,13 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
       c += square(Matrix82d(moved * Vector2d(errors.station_total, errors.station_dip).asDiagonal()));
     }
   }
-  return c + square(common);
+  c += square(common);
+  if (correlation == nullptr) return c;
+  Eigen::Matrix<double, 8, Eigen::Dynamic> by_draws(8, correlation->cols());
+  for (std::size_t k = 0; k < stations.size(); ++k)
+    by_draws.middleCols<2>(2 * static_cast<Eigen::Index>(k)) = s.by_reference[k] * reference_sd.asDiagonal();
+  c += by_draws * (*correlation - Eigen::MatrixXd::Identity(by_draws.cols(), by_draws.cols())) * by_draws.transpose();
+  return c;
 }
 
 }  // namespace surveymc::estimate

@@ -65,8 +65,9 @@ Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth&
 /// Covariance of the error, rows as in Sensitivity: the sum of the contributions of all inputs. Magnetometer noise,
 /// tilts of the down direction and disturbances of the field are independent per station; the reference is drawn once
 /// (a consider parameter) or per station. With the errors that the estimator assumes, this is the covariance that the
-/// estimator claims.
+/// estimator claims. `correlation`: of the reference's draws, 2 station + {0 total field, 1 dip}, where they are drawn
+/// at every station; null: they are independent.
 Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<survey::StationFields>& stations,
-                          const InputErrors& errors);
+                          const InputErrors& errors, const Eigen::MatrixXd* correlation = nullptr);
 
 }  // namespace surveymc::estimate

@@ -62,17 +62,7 @@ std::vector<stats::HeavyPart> heavy_parts(const WellMixing& mixing, const Eigen:
   const Eigen::RowVectorXd along = direction.transpose() * effects;
   const double variance = along.squaredNorm();
   if (!(variance > 0)) return {};
-  std::vector<double> square(mixing.slots.size()), sum(mixing.slots.size());
-  for (std::size_t d = 0; d < mixing.slot_of_draw.size(); ++d)
-    if (const int slot = mixing.slot_of_draw[d]; slot >= 0) {
-      const double x = along[static_cast<Eigen::Index>(d)];
-      square[static_cast<std::size_t>(slot)] += x * x;
-      sum[static_cast<std::size_t>(slot)] += x;
-    }
-  std::vector<stats::HeavyPart> out;
-  for (std::size_t s = 0; s < square.size(); ++s)
-    if (square[s] > 0) out.push_back({mixing.slots[s].law, std::copysign(std::sqrt(square[s] / variance), sum[s])});
-  return out;
+  return stats::heavy_parts(mixing.slots, mixing.slot_of_draw, along.transpose(), variance);
 }
 
 }  // namespace surveymc::propagate

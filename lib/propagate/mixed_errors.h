@@ -23,7 +23,7 @@ struct DrawPlace {
 
 struct WellMixing {
   std::vector<random::MixingSlot> slots;
-  std::vector<int> slot_of_draw;  ///< one a draw of the well; -1: normal
+  std::vector<std::int32_t> slot_of_draw;  ///< one a draw of the well; -1: normal
 };
 
 /// `places`: one a draw of `errors`.

@@ -189,6 +189,15 @@ std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const surve
   return d;
 }
 
+void set_beside_laws(config::ConfigReader& c, const std::optional<Disturbance>& d, const random::ReferenceLaws& laws,
+                     compare::TailRule& tails) {
+  if (!d) return;
+  c.require(!laws.any() || !laws.random, "reference_law.modes",
+            "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R: what lasts has the "
+            "laws, what is new at every station the disturbance");
+  tails.predicted = d->process.kind == Kind::ar1;
+}
+
 store::Table disturbance_table(const Disturbance& d, const survey::ReferenceField& field,
                                const random::Stream* stream) {
   compare::TableRows t("disturbance",

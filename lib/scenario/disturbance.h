@@ -2,6 +2,7 @@
 /// `[disturbance]`: the geomagnetic reference's errors that are new at every station, as a function of time instead.
 #include <optional>
 
+#include "compare/tails.h"
 #include "config/config.h"
 #include "disturbance/station_disturbance.h"
 #include "store/table.h"
@@ -14,6 +15,11 @@ namespace surveymc::scenario {
 /// column.
 std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey,
                                                          config::ConfigReader* offset = nullptr);
+
+/// Throws InputError where errors of mode R have laws and a disturbance takes their place. Table `tails` has a
+/// prediction beside "ar1" alone, whose sums are normal; else trials.
+void set_beside_laws(config::ConfigReader& config, const std::optional<disturbance::Disturbance>& disturbance,
+                     const random::ReferenceLaws& laws, compare::TailRule& tails);
 
 /// Table `disturbance`: of each element sd, kurtosis, share beyond three sd and autocorrelation, as predicted and as
 /// the first trials draw them; null: nothing is drawn. Of Disturbance::keeps_normals() the elements are in units of

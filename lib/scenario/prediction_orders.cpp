@@ -49,4 +49,12 @@ PredictionOrders read_msa_orders(config::ConfigReader& c, const sensor::NoiseMod
   return p;
 }
 
+void require_orders_of(config::ConfigReader& c, const random::ReferenceLaws& laws, bool disturbed,
+                       const PredictionOrders& orders) {
+  c.require(!orders.any() || !laws.any(), "prediction.orders",
+            "beyond \"first\" are expansions in normals, and the variance V of a law is too far from one: leave them "
+            "out, trials and the table `tails` have the laws; or leave out reference_law");
+  c.require(!orders.any() || !disturbed, "prediction.orders", "beyond \"first\" have no [disturbance]");
+}
+
 }  // namespace surveymc::scenario

@@ -43,6 +43,23 @@ double period_of(const std::vector<HeavyPart>& parts) {
 
 }  // namespace
 
+std::vector<HeavyPart> heavy_parts(const std::vector<random::MixingSlot>& slots,
+                                   const std::vector<std::int32_t>& slot_of,
+                                   const Eigen::Ref<const Eigen::VectorXd>& along, double variance) {
+  std::vector<double> square(slots.size()), sum(slots.size());
+  for (std::size_t d = 0; d < slot_of.size(); ++d)
+    if (slot_of[d] >= 0) {
+      const auto slot = static_cast<std::size_t>(slot_of[d]);
+      const double x = along[static_cast<Eigen::Index>(d)];
+      square[slot] += x * x;
+      sum[slot] += x;
+    }
+  std::vector<HeavyPart> out;
+  for (std::size_t s = 0; s < slots.size(); ++s)
+    if (square[s] > 0) out.push_back({slots[s].law, std::copysign(std::sqrt(square[s] / variance), sum[s])});
+  return out;
+}
+
 std::vector<double> beyond(const std::vector<HeavyPart>& all, const std::vector<double>& k) {
   std::vector<HeavyPart> parts;
   for (const HeavyPart& p : all)

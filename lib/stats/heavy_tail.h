@@ -3,7 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "random/mixing_law.h"
+#include <Eigen/Core>
+
+#include "random/mixing_draws.h"
 
 namespace surveymc::stats {
 
@@ -13,6 +15,12 @@ struct HeavyPart {
   std::shared_ptr<const random::MixingLaw> law;
   double weight = 0;
 };
+
+/// Parts of an error whose draws have these effects `along` a direction, and this variance: draws that share a V are
+/// one part. `slot_of`: one a draw; -1: normal.
+std::vector<HeavyPart> heavy_parts(const std::vector<random::MixingSlot>& slots,
+                                   const std::vector<std::int32_t>& slot_of,
+                                   const Eigen::Ref<const Eigen::VectorXd>& along, double variance);
 
 /// P(|x| > k) for x = sum weight_i H_i + sqrt(1 - sum weight_i^2) N of variance 1, all independent, for every k > 0.
 /// One part: E_V of the normal tails of variance rho V + 1 - rho, by one quadrature over V. Several: by the product of

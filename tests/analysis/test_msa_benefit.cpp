@@ -201,6 +201,46 @@ TEST_CASE("Lateral after MSA is that of the position study's exact linear covari
   }
 }
 
+TEST_CASE("Errors of the reference that last have the position study's lateral, and before MSA none") {
+  const survey::Survey s = well(WellKind::building, 70, 25);
+  sensor::NoiseModel noise = noise_of(1);
+  const sensor::ToolSpread spread{.0016, 70, 220};
+  const sensor::CleanReadings clean = sensor::clean_readings(s, kField, {});
+  const Eigen::RowVector3d lateral = lateral_of(s);
+  noise.reference = sensor::ReferenceNoise::per_station;
+  const estimate::InputErrors e = input_errors(noise, spread, kField);
+  const Eigen::Index n = 2 * s.size();
+  const auto correlation = [&](double r) {  // of a draw and the one of the same element at the station before
+    Eigen::MatrixXd c = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = i % 2; j < n; j += 2) c(i, j) = std::pow(r, std::abs(i - j) / 2);
+    return c;
+  };
+  for (const std::string name : {"msa", "msa_joint"}) {
+    const estimate::EstimatorOptions o = estimator(name, kAll, e);
+    const Eigen::MatrixXd lasts = correlation(0.8), independent = correlation(0), whole = correlation(1);
+    const MsaPrediction p = predict_msa(s, kField, {}, spread, noise, clean, o, &lasts);
+    const Eigen::Matrix3d position = p.linear.covariance.bottomRightCorner<3, 3>();
+    const Benefit b = predict_benefit(s, kField, e, o, &lasts);
+    CHECK_THAT(b.after.lateral, WithinRel(std::sqrt(lateral * position * lateral.transpose()), 1e-9));
+    CHECK_THAT(
+        b.gain_bias_correlation,
+        WithinRel(p.parameter_covariance(2, 5) / std::sqrt(p.parameter_covariance(2, 2) * p.parameter_covariance(5, 5)),
+                  1e-9));
+    check_same(predict_benefit(s, kField, e, o, &independent).after, predict_benefit(s, kField, e, o).after, 1e-12);
+    CHECK(b.after.lateral > 1.05 * predict_benefit(s, kField, e, o).after.lateral);
+    check_same(b.before, predict_benefit(s, kField, e, o).before, 0);
+    // Errors that last for the whole run are those of the run.
+    estimate::InputErrors of_run = e;
+    of_run.reference_per_station = false;
+    const Benefit run = predict_benefit(s, kField, of_run, o), same = predict_benefit(s, kField, e, o, &whole);
+    check_same(same.after, run.after, 1e-9);
+    Eigen::Vector2d by_dip = Eigen::Vector2d::Zero();
+    for (Eigen::Index i = 1; i < n; i += 2) by_dip += same.after_by_reference.col(i);
+    CHECK((run.after_by_reference.col(1) - by_dip).norm() < 1e-9 * run.after_by_reference.norm());
+  }
+}
+
 TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever is estimated", "[long]") {
   // All sizes a tenth: second-order effects are then a per cent of a sd at most, and a standard error is 0.8 %.
   constexpr double scale = .1;

@@ -5,6 +5,8 @@ import sys
 import unittest
 from pathlib import Path
 
+import h5py
+
 import test_cli
 from test_cli import Case, column
 
@@ -136,6 +138,118 @@ class MsaPosition(Case):
             with self.subTest(quantity=name):
                 self.assert_close(rows[f"mean_{name}"])
         self.assertGreater(rows["mean_offset_z"][2], -290)  # of the true -300
+
+
+HEAVY = {"dip": '{ law = "nig", shape = 0.2, size = "sd" }', "total": '{ law = "nig", shape = 0.2, size = "sd" }'}
+STORM = '{ kind = "storm", match = "variance", storms_per_day = 1.0, rise_s = 600.0, decay_s = 20000.0, drilling_m_per_h = 25.0 }'
+LASTING = '{ kind = "ar1", match = "variance", tau_s = 20000.0, drilling_m_per_h = 25.0 }'
+BOTH = """\
+experiment = "{study}"
+seed = 5
+trials = 60000
+field = {{ total_nT = 50000.0, dip_deg = 70.0 }}
+disturbance = {disturbance}
+reference_law = {{ declination = {{ law = "nig", shape = 0.2, size = "sd" }}, modes = ["G", "W"] }}
+"""
+
+
+class Reference(Case):
+    """Laws of the reference and disturbances of it, in both studies of MSA."""
+
+    @staticmethod
+    def smoke(name):
+        return Path(test_cli.SOURCE) / f"configs/smoke/{name}.toml"
+
+    def run_with(self, config, output="out.h5", **keys):
+        sets = [word for key, value in keys.items() for word in ("--set", f"{key.replace('__', '.')} = {value}")]
+        return self.run_config(*sets, config=config, output=output, timeout=300)
+
+    def beyond(self, path, formulation="mixture"):
+        """Rows of the formulation: [((inclination, azimuth) or None, quantity, Monte Carlo, predicted by the laws, verdict)]"""
+        with h5py.File(path) as file:
+            has_place = "inclination_deg" in file["tables/tails"]
+        of = lambda name: column(path, "tables/tails", name)
+        place = list(zip(of("inclination_deg"), of("azimuth_deg"))) if has_place else [None] * len(of("quantity"))
+        rows = zip(of("formulation"), place, of("quantity"), of("monte_carlo"), of("predicted"), of("verdict"))
+        return [row for name, *row in rows if name == formulation]
+
+    def test_tails_of_wells_that_are_not_linear_are_within_a_tenth_of_a_percent(self):
+        """Beyond 3 sd a percent and more. 400,000 trials: a standard error is 0.02 percent points."""
+        heavy = f"{{ dip = {HEAVY['dip']}, total = {HEAVY['total']}, shared_mixing = true }}"
+        source = Path(test_cli.SOURCE) / "configs"
+        thesis = self.run_with(source / "thesis/test4.toml", output="thesis.h5", trials=400_000, save_samples=0, reference_law=heavy)
+        level = self.run_with(source / "msa_benefit/heavy_reference.toml", output="level.h5", inclination_deg="[90.0]", azimuth_deg="[60.0]")
+        for path, at, quantities, rows in ((thesis, None, ("north", "east", "high_side", "lateral"), 4),
+                                           (level, (90, 60), ("lateral_after", "azimuth_after"), 4)):
+            found = [r for r in self.beyond(path) if r[0] == at and r[1] in [f"{q}_beyond_3" for q in quantities]]
+            self.assertEqual(len(found), rows)
+            for place, quantity, drawn, predicted, _ in found:
+                with self.subTest(place=place, quantity=quantity):
+                    self.assertGreater(predicted, 0.005)  # of a normal distribution 0.0027
+                    self.assertLess(abs(drawn - predicted), 1e-3)
+
+    def test_maps_of_tails_are_the_predictions_of_the_table(self):
+        path = self.run_with(self.smoke("msa_benefit_tails"), trials=64, inclination_deg="[40.0, 75.0]", azimuth_deg="[0.0, 30.0]")
+        with h5py.File(path) as file:
+            maps = {name: file["maps"][name][()] for name in file["maps"] if "_beyond_" in name}
+        of = lambda name: column(path, "tables/tails", name)
+        rows = list(zip(of("case"), of("inclination_deg"), of("azimuth_deg"), of("quantity"), of("formulation"), of("predicted")))
+        cases = list(dict.fromkeys(r[0] for r in rows))
+        seen = 0
+        for case, inclination, azimuth, quantity, formulation, predicted in rows:
+            if formulation == "mixture":
+                at = (cases.index(case), [40, 75].index(inclination), [0, 30].index(azimuth))
+                self.assertAlmostEqual(maps[quantity][at], predicted, delta=1e-12)
+                seen += 1
+        self.assertEqual(seen, 3 * 2 * 2 * 3)
+        # One draw a run is heavier than a draw a station; errors that last are normal.
+        run, station, lasting = (maps["lateral_after_beyond_3.5"][i, 1, 1] for i in range(3))
+        self.assertGreater(run, 2 * station)
+        self.assertAlmostEqual(lasting, 4.6526e-4, delta=1e-7)
+
+    def test_a_disturbance_that_is_not_normal_has_trials_and_no_prediction_of_tails(self):
+        for study, more in (("disturbance_msa", {}), ("msa_benefit", {"noise__reference__per": '"station"'})):
+            with self.subTest(study=study):
+                path = self.run_with(self.smoke(study), output=f"{study}.h5", trials=2000, disturbance=STORM, tails="{ k = [2.0] }", **more)
+                rows = self.beyond(path)
+                self.assertTrue(rows)
+                for _, quantity, drawn, predicted, verdict in rows:
+                    self.assertNotEqual(predicted, predicted)
+                    self.assertEqual(verdict, "")
+                    self.assertTrue(0 < drawn < 0.5 or not quantity.startswith("lateral"), quantity)
+
+    def test_what_lasts_has_laws_beside_a_disturbance_of_what_does_not(self):
+        """Both at once: sds as predicted, tails by the laws where the disturbance is normal."""
+        for study, table, quantity, model in (
+                ("error_model_monte_carlo", "position_hla", "sd_lateral",
+                 'error_model = "MWD+SRGM"\nwell = { inclination_deg = 90.0, azimuth_deg = 0.0, length_m = 2100.0, vertical_m = 300.0 }\n'),
+                ("corrected_codes", "prediction", "ratio_lateral",
+                 'code = { base = "MWD+IFR1", claimed = "MWD+IFR1+MS" }\ncorrection = { kind = "msa3" }\n'
+                 'well = { kind = "building", stations = 31, inclination_deg = 80.0, azimuth_deg = 60.0 }\n')):
+            self.write("base.toml", BOTH.format(study=study, disturbance=f"{LASTING[:-1]}, scale = 3.0 }}") + model)
+            path = self.run_config(output=f"{study}.h5", timeout=300)
+            of = lambda name: column(path, f"tables/{table}", name)
+            with self.subTest(study=study):
+                at = list(of("quantity")).index(quantity)
+                self.assertLess(abs(of("monte_carlo")[at] / of("analytic")[at] - 1), 0.02)
+                rows = {q: (drawn, predicted) for _, q, drawn, predicted, _ in self.beyond(path) if q.startswith("lateral")}
+                self.assertGreater(len(rows), 2)
+                for q, (drawn, predicted) in rows.items():
+                    self.assertLess(abs(drawn - predicted), 5 * (predicted / 60000) ** 0.5, q)
+                self.assertGreater(rows["lateral_beyond_3.5"][1], 6e-4)  # of a normal distribution 4.7e-4
+
+    def test_what_cannot_go_together_is_refused_with_the_way_out(self):
+        law = f"reference_law = {{ dip = {HEAVY['dip']} }}"
+        for study, sets, says in [
+                ("msa_orders", [law], "leave them out, trials and the table .tails. have the laws"),
+                ("msa_benefit_orders", [law], "leave them out, trials and the table .tails. have the laws"),
+                ("disturbance_msa", [law], "error_model_monte_carlo and corrected_codes have both"),
+                ("msa_benefit", ['noise.reference.per = "station"', law, f"disturbance = {LASTING}"],
+                 "error_model_monte_carlo and corrected_codes have both"),
+                ("msa_benefit", [f"disturbance = {LASTING}"], "noise.reference.per must be"),
+                ("disturbance_codes", [law], "what lasts has the laws")]:
+            with self.subTest(study=study, says=says):
+                self.refused(65, "check", self.smoke(study), *[w for s in sets for w in ("--set", s)], says=says)
 
 
 if __name__ == "__main__":

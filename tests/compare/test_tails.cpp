@@ -15,7 +15,7 @@ TEST_CASE("The table of laws gives an element its own draws, and none to one tha
   stats::Tally tally;
   compare::DrawnLaws::add({total}, tally);
   const store::Table t =
-      compare::laws_table(laws, {random::ReferenceElement::total}, &tally.groups[0], tally.counts.data(), 0.95);
+      compare::laws_table(laws, {{random::ReferenceElement::total}}, &tally.groups[0], tally.counts.data(), 0.95);
   const auto column = [&](const std::string& name) {
     for (const store::Column& c : t.columns)
       if (c.name == name) return std::get<std::vector<double>>(c.values);

@@ -5,6 +5,8 @@
 <stem>_azimuth_ratio   sd of azimuth after MSA over that before, for every direction of the hole
 <stem>_lateral_ratio   the same of the last position to the side of the hole
 <stem>_order_needed    the order of prediction that this position needs, if the config has predictions beyond first order
+<stem>_tails           with table `tails`: lateral errors after MSA beyond k sd against k, in the directions of [[verify]]
+<stem>_tails_map       with a law of the reference: how many of them are beyond the k next to 3.5, for every direction
 
 each as PNG and SVG, one panel for each point of the sweep. The thick line is the ratio 1: MSA changes nothing there.
 """
@@ -14,11 +16,11 @@ import textwrap
 
 import h5py
 import numpy as np
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import drawing, order_map, reading, saving, wording
+from . import drawing, order_map, reading, saving, tails, wording
 from .reading import PlotError
 
 SPANS = ("well.kind", "sensor.spread.axial_bias_nT", "estimator.name")  # keys of a sweep that has figures of its own here
@@ -28,6 +30,7 @@ QUANTITIES = (("azimuth_ratio", "Azimuth of the last station"),
               ("lateral_ratio", "Last position to the side of the hole"))
 UNDETERMINED, UNCHANGED = "#777777", "#FFFFF0"
 DEGREE = "\N{DEGREE SIGN}"
+BEYOND = "lateral_after_beyond_"
 
 
 def read_map(file, name):
@@ -147,6 +150,31 @@ def figure_of(title, meaning, values, axes):
     return figure
 
 
+def tails_map(title, k, values, axes):
+    """Percent of lateral errors after MSA beyond k predicted sd; None where all are as many as of a normal distribution."""
+    normal = 100 * tails.normal_tail(k)[0]
+    rows = panels_of(100 * values, axes)
+    columns, shown = len(rows[0]), sum(rows, [])
+    highest = float(np.nanmax(100 * values, initial=0))
+    if highest < 1.001 * normal:
+        return None
+    figure, grid = drawing.panels(len(shown), (3.1, 2.4), columns=columns, sharex=True, sharey=True)
+    for ax, (name, percent) in zip(grid, shown):
+        ax.set_title(name, fontsize=8.5)
+        ax.set_facecolor(UNDETERMINED)
+        ax.grid(False)
+        image = ax.pcolormesh(axes[-1][1], axes[-2][1], np.ma.masked_invalid(percent), cmap="magma_r", shading="nearest",
+                              norm=LogNorm(normal, highest))
+    for ax in grid[-columns:]:
+        ax.set_xlabel(f"azimuth ({DEGREE})")
+    for ax in grid[::columns]:
+        ax.set_ylabel(f"inclination ({DEGREE})")
+    figure.colorbar(image, ax=grid, aspect=30, shrink=min(1, 2.2 / len(rows))).set_label(f"percent beyond {k:g} sd")
+    drawing.heading(figure, title, f"Lateral errors after MSA beyond {k:g} predicted sd, by the laws of the reference; of a normal "
+                    f"distribution {normal:.3g} %.")
+    return figure
+
+
 def main():
     arguments = saving.argument_parser(__doc__.splitlines()[0]).parse_args()
     drawing.use_style()
@@ -155,6 +183,12 @@ def main():
         title = wording.title_of(file)
         maps = [(name, meaning, *read_map(file, name)) for name, meaning in QUANTITIES]
         orders = read_map(file, "order_needed") if "maps/order_needed" in file else None
+        beyond = reading.read_table(file, "tails")
+        keys = [] if beyond is None else reading.sweep_keys(reading.configuration(file), beyond)
+        # By a prediction: beside a disturbance that is not normal there is none.
+        ks = [float(name.removeprefix(BEYOND)) for name in file["maps"] if name.startswith(BEYOND)]
+        k = min(ks, key=lambda k: abs(k - tails.RULE), default=None)
+        tail_map = None if k is None else read_map(file, f"{BEYOND}{k:g}")
     folder = saving.figures_folder(arguments.output, arguments.result)
     for name, meaning, values, axes in maps:
         saving.save(figure_of(title, meaning, values, axes), folder, f"{stem}_{name}")
@@ -162,3 +196,12 @@ def main():
         values, axes = orders
         saving.save(order_map.figure(title, "the last position to the side of the hole", panels_of(values, axes), axes[-2][1], axes[-1][1]),
                     folder, f"{stem}_order_needed")
+    figures = {}
+    if beyond is not None:
+        figures["tails"] = tails.coverage_figure(title, beyond, [*keys, "inclination_deg", "azimuth_deg"], "lateral_after",
+                                                errors="Lateral errors after MSA")
+    if tail_map is not None:
+        figures["tails_map"] = tails_map(title, k, *tail_map)
+    for name, figure in figures.items():
+        if figure is not None:
+            saving.save(figure, folder, f"{stem}_{name}")

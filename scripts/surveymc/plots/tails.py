@@ -28,7 +28,7 @@ def normal_tail(k):
     return [math.erfc(x / math.sqrt(2)) for x in np.atleast_1d(k)]
 
 
-def coverage_figure(title, table, keys, direction="lateral", md=None):
+def coverage_figure(title, table, keys, direction="lateral", md=None, errors=None):
     """A panel a sweep point: what is beyond k sd, drawn and predicted, and of a normal distribution. None without rows."""
     rows = of_direction(table, direction, md)
     points = ratios.some(reading.sweep_points(rows, keys), 6)
@@ -57,7 +57,7 @@ def coverage_figure(title, table, keys, direction="lateral", md=None):
             ax.set_xlabel("k (predicted standard deviations)")
         if i % columns == 0:
             ax.set_ylabel("Probability beyond k")
-    drawing.heading(figure, title, f"{direction.replace('_', ' ').capitalize()} errors beyond k predicted standard deviations. "
+    drawing.heading(figure, title, f"{errors or direction.replace('_', ' ').capitalize() + ' errors'} beyond k predicted standard deviations. "
                     f"{wording.trials_text(table)} a panel. Grey: k of the separation rule.")
     handles = [Line2D([], [], color=NORMAL, linestyle=(0, (5, 2)), label="normal distribution"),
                Line2D([], [], color=PREDICTED, marker="_", markersize=12, label="predicted by the laws"),
