@@ -45,7 +45,7 @@ def figure(title, table):
         if column != "coverage_95" and len(values) and values.max() > 8 * values.min():
             ax.set_yscale("log")
         elif raw:
-            ax.set_ylim(bottom=0)
+            ax.set_ylim(0, 1.08 * values.max() if len(values) else None)
         ax.set_title(name)
     for ax in axes:
         ax.set_xticks(range(len(names)), [n if len(n) < 8 else "own" for n in names])
