@@ -1,4 +1,5 @@
 #include "compare/answer.h"
+#include "events/event_study.h"
 #include "store/result_file.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -7,6 +8,10 @@ using compare::Rows;
 
 void answer(compare::Answer& answer, const store::Result& result) {
   const Rows position(result.tables, "position");
+  if (position.empty()) {
+    events::say_probabilities(answer, result);
+    return;
+  }
   const Rows ellipse = Rows(result.tables, "ellipse").where("formulation", "monte_carlo").at_largest("semi_major_m");
   if (!ellipse.empty())
     answer.say(

@@ -90,6 +90,9 @@ void read_reference(config::ConfigReader& c, ms::FitOptions& o) {
       "consider");
   o.reference = scenario::read_reference_errors(c, {});
   o.estimates_reference = how != "consider";
+  c.require(how != "estimated" || o.reference.gravity > 0 || o.reference.total > 0 || o.reference.dip > 0,
+            "estimator.reference.name",
+            "takes the reference's errors as priors: give estimator.reference.gravity_mps2, total_nT or dip_deg");
   if (how != "unknown") return;
   o.residuals = ms::ResidualKind::calibration;
   for (const char* key : {"estimator.reference.total_nT", "estimator.reference.dip_deg"})

@@ -126,6 +126,7 @@ std::string unknown_key_rule(const std::string& path, const std::string& name, c
   std::set<std::string> unit_keys, siblings, stem_keys, elsewhere;
   std::optional<UnitFault> fault;
   const std::string prefix = join_key(path, "");
+  if (known.contains(prefix + name)) return "unknown key here: this experiment has it beside other keys only";
   for (const auto& key : known) {
     if (key == name || key.substr(key.rfind('.') + 1) == name) elsewhere.insert(key);
     if (!key.starts_with(prefix)) continue;

@@ -104,15 +104,17 @@ Process read_process(config::ConfigReader& c, const std::string& kind, bool matc
   return p;
 }
 
-std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, config::ConfigReader* offset) {
+std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, config::ConfigReader* offset,
+                               bool has_file) {
   config::ConfigReader& of_file = offset != nullptr ? *offset : c;
   const char* const file = offset != nullptr ? "file" : "survey.file";
   const bool has_rate = c.has("disturbance.drilling_m_per_h") || c.has("disturbance.connection_s");
-  if (has_rate && of_file.has(file) && of_file.csv(file, config::kMeaningElsewhere).find("time_s") >= 0)
+  const bool is_listed = has_file && of_file.has(file);
+  if (has_rate && is_listed && of_file.csv(file, config::kMeaningElsewhere).find("time_s") >= 0)
     c.warn("disturbance.drilling_m_per_h",
            fmt::format("gives the times of the stations, and the column time_s of {} is not used", std::string(file)),
            "leave drilling_m_per_h and connection_s out, or the column");
-  if (!has_rate && of_file.has(file)) {
+  if (!has_rate && is_listed) {
     const config::InputTable table = of_file.csv(file, config::kMeaningElsewhere);
     const std::vector<double> listed = config::times_from_table(table);
     if (listed.size() == survey.stations.size()) return listed;
@@ -163,7 +165,7 @@ void check_times(config::ConfigReader& c, const std::string& kind, const Disturb
 }  // namespace
 
 std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const survey::Survey& survey,
-                                            config::ConfigReader* offset) {
+                                            config::ConfigReader* offset, bool has_file) {
   if (!c.has("disturbance.kind")) return std::nullopt;
   Disturbance d;
   const std::string kind = c.choice(
@@ -180,7 +182,7 @@ std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const surve
   d.process = read_process(c, kind, d.match_variance);
   c.require(d.keeps_normals() || !disturbance::covariance(d.process, 0).isZero(0), "disturbance.kind",
             "the disturbance is 0 everywhere: give its sizes in nT, or a series that varies");
-  d.times = read_times(c, survey, offset);
+  d.times = read_times(c, survey, offset, has_file);
   check_times(c, kind, d);
   for (const double minutes :
        c.numbers("disturbance.lags_min", config::Range::positive(), "lags of the table `disturbance`, minutes", -1,

@@ -12,9 +12,9 @@ namespace surveymc::scenario {
 
 /// The disturbance, if the config has one, at the stations of `survey`. Times: column `time_s` of survey.file, or
 /// `drilling_m_per_h` and `connection_s`. `offset`: the [[offset]] whose survey it is, and whose `file` may have the
-/// column.
+/// column. `has_file`: the study has the key survey.file.
 std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey,
-                                                         config::ConfigReader* offset = nullptr);
+                                                         config::ConfigReader* offset = nullptr, bool has_file = true);
 
 /// Throws InputError where errors of mode R have laws and a disturbance takes their place. Table `tails` has a
 /// prediction beside "ar1" alone, whose sums are normal; else trials.

@@ -11,9 +11,9 @@ namespace surveymc::scenario {
 namespace {
 
 /// The errors of the reference that are new at every station become a function of time.
-void read_disturbed(config::ConfigReader& c, const survey::Survey& survey, const survey::ReferenceField& field,
-                    DrawnReference& r, sensor::NoiseModel& noise) {
-  r.disturbance = read_disturbance(c, survey);
+void read_disturbed(config::ConfigReader& c, const survey::Survey& survey, bool has_file,
+                    const survey::ReferenceField& field, DrawnReference& r, sensor::NoiseModel& noise) {
+  r.disturbance = read_disturbance(c, survey, nullptr, has_file);
   if (!r.disturbance) return;
   const disturbance::Disturbance& d = *r.disturbance;
   c.require(noise.reference == sensor::ReferenceNoise::per_station, "disturbance.kind",
@@ -58,11 +58,11 @@ random::ReferenceLaws read_drawn_laws(config::ConfigReader& c, sensor::NoiseMode
   return laws;
 }
 
-DrawnReference read_drawn_reference(config::ConfigReader& c, const survey::Survey& survey,
+DrawnReference read_drawn_reference(config::ConfigReader& c, const survey::Survey& survey, bool has_file,
                                     const survey::ReferenceField& field, sensor::NoiseModel& noise) {
   DrawnReference r;
   r.laws = read_drawn_laws(c, noise);
-  read_disturbed(c, survey, field, r, noise);
+  read_disturbed(c, survey, has_file, field, r, noise);
   return r;
 }
 

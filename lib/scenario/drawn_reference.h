@@ -35,8 +35,9 @@ struct DrawnReference {
 random::ReferenceLaws read_drawn_laws(config::ConfigReader& config, sensor::NoiseModel& noise);
 
 /// The same, and `[disturbance]` at the stations of `survey`, of which the depths or
-/// the times are used, and whose sizes the reference's may become. Throws InputError.
-DrawnReference read_drawn_reference(config::ConfigReader& config, const survey::Survey& survey,
+/// the times are used, and whose sizes the reference's may become. `has_file`: of read_disturbance(). Throws
+/// InputError.
+DrawnReference read_drawn_reference(config::ConfigReader& config, const survey::Survey& survey, bool has_file,
                                     const survey::ReferenceField& field, sensor::NoiseModel& noise);
 
 /// The errors of the first station, or of the run, that have a law: dip, then total field.

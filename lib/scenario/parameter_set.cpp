@@ -82,7 +82,7 @@ void refuse_beside_parameters(config::ConfigReader& c, const std::vector<std::st
 }
 
 AskedLoss read_loss(config::ConfigReader& c) {
-  c.require(!c.has("estimator.robust.name"), "estimator.robust.name", "is a table: write { loss = \"cauchy\" }");
+  c.require(!c.has("estimator.robust.name"), "estimator.robust", "is a table: write { loss = \"cauchy\" }");
   const std::vector<std::string>& losses = multistation::loss_names();
   const std::string loss = c.choice("estimator.robust.loss", losses,
                                     "loss of the fit: all but 'least_squares' give stations with large residuals less "
@@ -120,7 +120,11 @@ SetEstimator read_parameter_set(config::ConfigReader& c, const AssumedSizes& tru
   const AskedLoss asked = read_loss(c);
   out.robust = multistation::robust_options(asked.loss, asked.start);
   c.require(asked.loss == multistation::Loss::least_squares || truth.magnetometer > 0, "estimator.robust.loss",
-            "weighs stations by errors of their own, of which there are none: give noise.magnetometer_nT");
+            "weighs stations by what noise leaves in them: give noise.magnetometer_nT");
+  if (c.has("estimator.robust.start") &&
+      (asked.loss == multistation::Loss::least_squares || out.robust.start != asked.start))
+    c.warn("estimator.robust.start", "has no effect on this loss",
+           "leave it out, or give estimator.robust.loss \"l1\", \"huber\" or \"cauchy\"");
   const std::string name = c.choice("estimator.name", {"msa", "msa_joint"}, config::kMeaningElsewhere);
   o.estimates_reference = name == "msa_joint";
   o.prior_sd = read_priors(c, truth.prior_sd);
@@ -148,7 +152,7 @@ std::optional<compare::Warning> warn_of_shared_errors(double shared_residual) {
   if (!(shared_residual > analysis::kLargeSharedResidual)) return {};
   return compare::Warning{
       "warning", "estimator.robust.loss", "",
-      fmt::format("of errors that stations share the fit leaves {:.1g} times the stations' own: sds to "
+      fmt::format("of errors that stations share the fit leaves {:.2f} times the stations' own: sds to "
                   "first order may be off by more than 5 %",
                   shared_residual),
       "estimate the reference with the tool (estimator.name = \"msa_joint\"), and what errors "

@@ -54,7 +54,7 @@ class CorrectedCodes(unittest.TestCase):
         for setting, message in (('prediction.orders = ["second"]', "six gains and biases"),
                                  ("estimator.accelerometer_mps2 = 0.0", "must be > 0"),
                                  ('correction.kind = "msa"', "needs correction.kind"),
-                                 ('estimator.estimated = ["bias_z"]', "unknown key")):
+                                 ('estimator.estimated = ["bias_z"]', "is not of estimators by estimator.parameters")):
             with self.subTest(setting=setting):
                 code, said, _ = run(SOURCE / "configs/smoke/corrected_codes_parameters.toml", "--set", setting)
                 self.assertEqual(code, 65, said)

@@ -129,7 +129,7 @@ class Figures(plot_case.Drawing):
     def test_nothing_is_drawn_of_models_with_several_wells(self):
         done = plot_case.draw(self.script, DESIGN)
         self.assertEqual((done.returncode, done.stdout), (0, ""))
-        self.assertIn("several models and one well", done.stderr)
+        self.assertIn("several error models at one well", done.stderr)
 
     def test_a_wrong_reference_is_told_in_a_line(self):
         self.refused(arguments.USAGE, "--reference nothing: must be one of MWD", MAP, "--reference", "nothing")
