@@ -145,7 +145,8 @@ class SetMapPlan final : public study::PlanOf<SetMapScenario> {
 
 std::optional<SetMapScenario> read_set_maps(config::ConfigReader& c, random::StudySeed seed) {
   if (!scenario::wants_parameter_set(c)) return std::nullopt;
-  scenario::refuse_beside_parameters(c, {"prediction", "calibration", "estimator.estimated", "trials", "tails", "reference_law", "disturbance.kind"});
+  scenario::refuse_beside_parameters(
+      c, {"prediction", "calibration", "estimator.estimated", "trials", "tails", "reference_law", "disturbance.kind"});
   SetMapScenario s;
   s.field = scenario::read_field(c);
   const sensor::NoiseModel noise = scenario::read_noise(c);
