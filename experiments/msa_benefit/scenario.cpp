@@ -83,6 +83,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(!s.calibration.on || !s.verify.empty(), "calibration.margin",
             "without [[verify]] there are no trials to count: give a direction, or leave out [calibration]");
   scenario::require_tables_of(c, s.reference, s.tails, s.orders, s.calibration);
+  c.require(!s.tails.wanted || s.tails.predicted || !s.verify.empty(), "disturbance.kind",
+            "only \"ar1\" is normal: of another disturbance there are no maps of tails, but trials: leave out [tails], "
+            "or give [[verify]]");
   // The maps claim a distribution for every estimator; one that weighs is right only about its priors.
   if (estimate::estimator_kind(s.estimator.name).weighs)
     compare::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});

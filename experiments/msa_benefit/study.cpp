@@ -363,7 +363,7 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   const bool has_profile = s_.orders.wanted.profile;
   const std::vector<double> needed = has_profile ? orders_needed(benefits, options) : std::vector<double>();
   r.maps = benefit_maps(s_, benefits, needed);
-  if (s_.tails.wanted)
+  if (s_.tails.wanted && s_.tails.predicted)
     for (store::Map& m : tail_maps(s_, benefits, mixing_)) r.maps.push_back(std::move(m));
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));

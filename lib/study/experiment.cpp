@@ -535,16 +535,21 @@ class Assembly {
       warnings_.add(std::move(w), point_);
     }
     ++point_;
-    if (p.has_failed) {  // its values are missing
-      if (maps_.empty()) ++failed_;
-      for (store::Map& m : maps_) m.values.insert(m.values.end(), values_of_point(m), kNaN);
+    const std::size_t before = maps_.size();
+    add_maps(maps_, std::move(p.maps), axes_);
+    // A map that the point does not have is NaN there: of a point that failed all, else those that its keys ask for.
+    for (std::size_t i = 0; i < maps_.size(); ++i) {
+      std::vector<double>& values = maps_[i].values;
+      const std::size_t n = store::map_size(maps_[i]) / run_.point_count(), behind = (point_ - 1) * n;
+      if (i >= before)
+        values.insert(values.begin(), behind, kNaN);
+      else if (values.size() == behind)
+        values.insert(values.end(), n, kNaN);
+    }
+    if (p.has_failed) {
       streams_.add_missing();
       return;
     }
-    const bool is_first = maps_.empty();
-    add_maps(maps_, std::move(p.maps), axes_);
-    if (is_first)
-      for (store::Map& m : maps_) m.values.insert(m.values.begin(), failed_ * values_of_point(m), kNaN);
     streams_.add(std::move(p.streams), axes_);
   }
 
@@ -558,8 +563,6 @@ class Assembly {
     return all.table();
   }
 
-  std::size_t values_of_point(const store::Map& m) const { return store::map_size(m) / run_.point_count(); }
-
   const RunPlan& run_;
   std::vector<store::Table> tables_, samples_;
   std::vector<store::Map> maps_;
@@ -567,7 +570,6 @@ class Assembly {
   Streams streams_;
   compare::WarningList warnings_;  // of the points
   std::size_t point_ = 0;          // that comes next
-  std::size_t failed_ = 0;         // before the first point that did not
   const std::optional<config::SensitivityRule> sensitivity_;
   bool is_checked_ = false;  // at the first point, not after hours
 };

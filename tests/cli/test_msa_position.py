@@ -217,6 +217,22 @@ class Reference(Case):
                     self.assertNotEqual(predicted, predicted)
                     self.assertEqual(verdict, "")
                     self.assertTrue(0 < drawn < 0.5 or not quantity.startswith("lateral"), quantity)
+                with h5py.File(path) as file:
+                    self.assertFalse([name for name in file.get("maps", {}) if "_beyond_" in name])
+
+    def test_maps_that_a_point_of_a_sweep_does_not_have_are_nan_there(self):
+        text = self.smoke("msa_benefit_tails").read_text()
+        case = lambda name: f'[[sweep.case]]\nname = "{name}"\n"noise.reference.per" = "station"\n"disturbance" = {STORM}\n\n'
+        first, last = text.index("[[sweep.case]]"), text.index("[[expect]]")
+        self.write("storms.toml", text[:first] + case("before") + text[first:last] + case("behind"))
+        path = self.run_with("storms.toml", trials=64, inclination_deg="[40.0]", azimuth_deg="[30.0]")
+        with h5py.File(path) as file:
+            beyond = file["maps/lateral_after_beyond_3.5"][:, 0, 0]
+        self.assertEqual([p == p for p in beyond], [False, True, True, True, False])
+        self.assertAlmostEqual(beyond[3], 4.6526e-4, delta=1e-7)
+        without = text[:text.index("[[verify]]")].replace("trials = 20000\n", "") + case("alone")
+        self.write("without.toml", without)
+        self.refused(65, "check", "without.toml", says="no maps of tails, but trials: leave out .tails., or give ..verify")
 
     def test_what_lasts_has_laws_beside_a_disturbance_of_what_does_not(self):
         """Both at once: sds as predicted, tails by the laws where the disturbance is normal."""
