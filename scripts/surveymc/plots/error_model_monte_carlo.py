@@ -255,9 +255,9 @@ def main():
         figures["tails_map"] = tails.map_figure(title, beyond, keys, md=md)
     elif beyond is not None:
         figures["tails"] = tails.coverage_figure(title, beyond, keys, md=md)
-    if is_map:
+    if is_map and set(keys) <= {INCLINATION, AZIMUTH, MULTIPLIER}:  # a panel a size: cells of several models would hide each other
         figures["map"] = map_figure(title, axes, ellipses, md)
-    elif axes is not None and axes.rows:
+    elif not is_map and axes is not None and axes.rows:
         figures["ratio"] = ratio_figure(title, axes, keys, float(config.get("verdict", {}).get("margin", 0)))
     if not is_map and samples is not None and samples.rows:
         for index, point in enumerate(reading.sweep_points(covariances, others)):

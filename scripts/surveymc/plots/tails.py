@@ -4,6 +4,7 @@ The probability against k with the normal distribution's line, and a map of it o
 """
 
 import math
+import textwrap
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -46,8 +47,7 @@ def coverage_figure(title, table, keys, direction="lateral", md=None, errors=Non
         ax.errorbar(k[seen], y[seen], yerr=[(y - low)[seen], (high - y)[seen]], color="#D55E00", linestyle="none", marker="o",
                     markersize=4.5, elinewidth=1.2)
         share = float(here["heavy_share"][0])
-        ax.set_title(", ".join(filter(None, (wording.point_name(keys, point), f"{100 * share:.0f} % of the variance heavy"))),
-                     fontsize=9)
+        ax.set_title("\n".join([*textwrap.wrap(wording.point_name(keys, point), 46), f"{100 * share:.0f} % of the variance heavy"]), fontsize=9)
         ax.set_yscale("log")
         if k.min() <= RULE <= k.max():
             ax.axvline(RULE, color="#999999", linewidth=0.8, zorder=0)
