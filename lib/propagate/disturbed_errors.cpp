@@ -82,15 +82,6 @@ std::map<std::string, Element> disturbed_codes(const std::vector<ToolRun>& runs)
   return codes;
 }
 
-/// L L' is the correlation of its draws.
-Eigen::MatrixXd factor_of(const disturbance::StationDisturbance& disturbance) {
-  if (disturbance.draws().empty()) return {};
-  const Eigen::MatrixXd c = disturbance.correlation(), l = stats::lower_factor(c);
-  const double error = (l * l.transpose() - c).cwiseAbs().maxCoeff();
-  require(error < 1e-6, "the correlation of the disturbance's draws has no factor: it is {:.2g} off", error);
-  return l;
-}
-
 }  // namespace
 
 std::optional<Element> disturbed_element(const error_model::Term& term) {
@@ -136,7 +127,7 @@ DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolR
 }
 
 WellErrors with_independent_draws(const WellErrors& errors, const DisturbedDraws& disturbed) {
-  return mixed_draws(errors, disturbed.draws, factor_of(disturbed.disturbance));
+  return mixed_draws(errors, disturbed.draws, stats::lower_factor(disturbed.disturbance.correlation()));
 }
 
 StationEffects with_independent_draws(const StationEffects& effects, const std::vector<ToolRun>& runs,
@@ -167,7 +158,7 @@ StationEffects with_independent_draws(const StationEffects& effects, const std::
         draws.push_back({k, codes.at(effects.sources[s].code), static_cast<std::uint32_t>(s)});
   require(draws.size() <= kMostDraws, "{} draws of the disturbance: at most {} can be predicted", draws.size(),
           kMostDraws);
-  const Eigen::MatrixXd factor = factor_of(disturbance::StationDisturbance(d, field, draws));
+  const Eigen::MatrixXd factor = stats::lower_factor(disturbance::StationDisturbance(d, field, draws).correlation());
   for (std::size_t j = 0; j < draws.size(); ++j) {
     out.sources.push_back(effects.sources[draws[j].source]);
     const std::size_t first = out.star.size();

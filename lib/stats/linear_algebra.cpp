@@ -6,6 +6,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "base/error.h"
+
 namespace surveymc::stats {
 
 using Eigen::MatrixXd;
@@ -55,7 +57,8 @@ Cholesky cholesky(const MatrixXd& a) {
   return c;
 }
 
-MatrixXd lower_factor(const MatrixXd& c) {
+/// L of lower_factor(), unless there is none.
+static MatrixXd unchecked_factor(const MatrixXd& c) {
   const Eigen::Index n = c.rows();
   // Pivots of a matrix of rank r are rounding from the r-th on.
   const double rounding = 1e-13 * static_cast<double>(n);
@@ -72,6 +75,14 @@ MatrixXd lower_factor(const MatrixXd& c) {
     l(j, j) = std::sqrt(pivot);
     for (Eigen::Index i = j + 1; i < n; ++i) l(i, j) = (c(i, j) - l.row(i).head(j).dot(l.row(j).head(j))) / l(j, j);
   }
+  return l;
+}
+
+MatrixXd lower_factor(const MatrixXd& c) {
+  if (c.size() == 0) return c;
+  MatrixXd l = unchecked_factor(c);
+  const double error = (l * l.transpose() - c).cwiseAbs().maxCoeff();
+  require(error < 1e-6, "a correlation matrix of {} rows has no factor: it is {:.2g} off", c.rows(), error);
   return l;
 }
 

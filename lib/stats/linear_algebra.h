@@ -60,8 +60,8 @@ class Cholesky {
 Cholesky cholesky(const Eigen::MatrixXd& a);
 
 /// Lower triangular L with L L' = `correlation`, of any rank: a row that depends on those before it ends in zeros, and
-/// the column of its own is zero. The factor of the unit matrix is the unit matrix, exactly. Of a matrix with a
-/// negative eigenvalue L L' is another one.
+/// the column of its own is zero. The factor of the unit matrix is the unit matrix, exactly, and that of a 0 x
+/// 0 matrix a 0 x 0 matrix. Throws InputError where L L' is not the matrix to 1e-6: it is then no correlation matrix.
 Eigen::MatrixXd lower_factor(const Eigen::MatrixXd& correlation);
 
 /// The factors of A = L D L', A symmetric, with pivots; its lower triangle is read.

@@ -65,6 +65,33 @@ TEST_CASE("What a stand-in may be to blame for is left out") {
   CHECK(mistakes_in("[a]\nx_m = 5\nkind = 'large'\n[b]\ny_m = 11\n").size() == 1);
 }
 
+TEST_CASE("Keys that no shipped config has are looked for in all branches, and only if one is left") {
+  std::vector<KeysOf> asked;
+  const auto mistakes = [&](const std::string& body) {
+    asked.clear();
+    Config config = Config::from_text("experiment = 'e'\n" + body, "t.toml", {});
+    return ConfigReader::mistakes_of(
+        config, 0,
+        [&](KeysOf which) {
+          asked.push_back(which);
+          KeyTypes known = kKeysOfStudy;
+          if (which == KeysOf::shipped_configs) known.erase("grid");
+          return known;
+        },
+        read_small_study);
+  };
+  using Asked = std::vector<KeysOf>;
+  // The rule ends the reading before `grid` is asked for.
+  const std::string rule = "[a]\nx_m = 5\nkind = 'large'\n[b]\ny_m = 1\n", grid = "grid = [1.0]\n";
+  CHECK(mistakes(rule + "z_m = 1\n") == Told{"t.toml:3: a.x_m = 5: must not be 5"});
+  CHECK(asked == Asked{KeysOf::shipped_configs});
+  CHECK(mistakes(grid + rule) == Told{"t.toml:4: a.x_m = 5: must not be 5"});
+  CHECK(asked == Asked{KeysOf::shipped_configs, KeysOf::all_branches});
+  CHECK(mistakes(grid + "home = 1\n" + rule) ==
+        Told{"t.toml:3: home: unknown key", "t.toml:5: a.x_m = 5: must not be 5"});
+  CHECK(asked == Asked{KeysOf::shipped_configs, KeysOf::all_branches});
+}
+
 TEST_CASE("Keys behind the one that ends the reading are known") {
   // `grid` was not asked for: the rule ended the reading before.
   CHECK(mistakes_in("grid = { from = 0, to = 1, step = 1 }\nhome = 1\n[a]\nx_m = 5\nkind = 'large'\n[b]\ny_m = 1\n") ==
