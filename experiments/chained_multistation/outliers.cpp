@@ -301,7 +301,8 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   if (of_events) {
     const events::EventRun run = events::read_event_run(c);
     const compare::Annotations annotations = events::read_event_annotations(c, {});
-    const std::vector<events::EventRule> events = events::read_events(c, {{kOutlierEventNames[kDeletedWrong], false}});
+    const std::vector<events::EventRule> events =
+        events::read_events(c, {{kOutlierEventNames[kDeletedWrong], events::EventLimits::none}});
     c.finish();
     return events::event_plan(
         run, annotations, random::stream_of(seed), [o, events] { return events_of(o, events); }, kBlockRuns);

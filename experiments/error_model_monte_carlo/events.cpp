@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kNoVariance = 1e-14;  // of the trace: such a variance is none
 
-/// A well, drawn by the normals of plain trials.
+/// A well, drawn by the normals of plain trials. With a disturbance by others: its correlated draws are sums of
+/// independent ones here, some of which last, and the draws are numbered anew.
 class EventWell {
  public:
   EventWell(const Scenario& s, const propagate::WellErrors& errors)
@@ -28,12 +29,13 @@ class EventWell {
     for (const propagate::DrawCall& c : well_.calls()) rows_.push_back(row_of(c.channel, 4 * c.call));
     const std::size_t of_errors = calls_.size();
     for (const random::MixingSlot& slot : well_.slots()) slot_rows_.push_back(row_of(slot.channel, slot.index));
-    names_.resize(4 * calls_.size());
     for (std::size_t d = 0; d < places.size(); ++d) {
       const auto call = std::find_if(
           calls_.begin(), calls_.begin() + static_cast<std::ptrdiff_t>(of_errors),
           [&](const rare::NormalCall& c) { return c.channel == places[d].channel && c.call == places[d].index / 4; });
-      if (call == calls_.begin() + static_cast<std::ptrdiff_t>(of_errors))
+      // A draw of a deeper station may share the call of one that counts.
+      if (call == calls_.begin() + static_cast<std::ptrdiff_t>(of_errors) ||
+          effects_.col(static_cast<Eigen::Index>(d)).isZero(0))
         continue;  // without effect down to the point
       const std::uint32_t row = row_of(places[d].channel, places[d].index);
       draws_.emplace_back(row, d);
@@ -78,6 +80,7 @@ class EventWell {
     });
     const auto number = static_cast<std::uint32_t>(at - calls_.begin());
     if (at == calls_.end()) calls_.push_back({channel, index / 4});
+    names_.resize(4 * calls_.size());
     return 4 * number + index % 4;
   }
 

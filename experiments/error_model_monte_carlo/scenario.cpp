@@ -10,6 +10,7 @@
 #include "compare/trial_plan.h"
 #include "compare/verdict_stop.h"
 #include "config/meanings.h"
+#include "events/linear_event.h"
 #include "propagate/disturbed_errors.h"
 #include "propagate/source_moments.h"
 #include "scenario/disturbance.h"
@@ -136,14 +137,17 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
   c.require(s.sources == Sources::total, "errors.sources", "must be \"total\" where [[event]] is given");
   c.require(!s.disturbance || s.disturbance->process.kind == disturbance::Kind::ar1, "disturbance.kind",
             "events are regions of normals, and only \"ar1\" is normal: must be \"ar1\" where [[event]] is given");
+  events::refuse_beside_events(c, {"formulations", "tails"});
   s.report_md = read_report_depths(c, s.survey);
   const std::string key = c.has("report_md_ft") ? "report_md_ft" : "report_md_m";
   c.require(s.report_md.size() == 1 && survey::station_at(s.survey, s.report_md.front()), key,
             "must be one station where [[event]] is given");
   s.event_run = events::read_event_run(c);
-  s.annotations = events::read_event_annotations(c, {"first_order", "normal"});
+  s.annotations = events::read_event_annotations(c, events::linear_formulations(s.laws.any()));
   std::vector<events::EventQuantity> quantities;
-  for (const std::string& q : kEventQuantities) quantities.push_back({q});
+  for (std::size_t i = 0; i < kEventQuantities.size(); ++i)
+    quantities.push_back(
+        {kEventQuantities[i], i < kFirstInSd ? events::EventLimits::either : events::EventLimits::only_above});
   s.events = events::read_events(c, quantities);
   c.finish();
 }

@@ -163,7 +163,7 @@ void read_event_run(config::ConfigReader& c, Scenario& s) {
   s.annotations =
       events::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
   std::vector<events::EventQuantity> quantities;
-  for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, false});
+  for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, events::EventLimits::none});
   s.events = events::read_events(c, quantities);
   for (const events::EventRule& e : s.events) {
     const auto kind = static_cast<Kind>(e.quantity);

@@ -9,6 +9,7 @@
 #include "config/meanings.h"
 #include "estimate/estimators.h"
 #include "estimate/sensitivity.h"
+#include "events/linear_event.h"
 #include "msa_position/study.h"
 #include "scenario/drilling.h"
 #include "scenario/scenario.h"
@@ -36,10 +37,15 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
     c.fail("disturbance", "not together with [[event]]: the normals of an event have no time; leave one out");
   s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.control_variate = false;
+  events::refuse_beside_events(c, {"outputs", "tails", "calibration", "prediction"});
   s.event_run = events::read_event_run(c);
-  s.annotations = events::read_event_annotations(c, {"first_order", "normal"});
+  s.annotations = events::read_event_annotations(c, events::linear_formulations(s.reference.laws.any()));
   std::vector<events::EventQuantity> quantities;
-  for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});
+  for (std::size_t i = 0; i < analysis::kMsaEventQuantities.size(); ++i)
+    quantities.push_back({analysis::kMsaEventQuantities[i], i >= analysis::kMsaInSd ? events::EventLimits::only_above
+                                                            : i == analysis::kMsaDistance
+                                                                ? events::EventLimits::positive
+                                                                : events::EventLimits::either});
   s.events = events::read_events(c, quantities);
   c.finish();
 }

@@ -86,6 +86,15 @@ std::string Annotations::expected(const std::string& table, const std::string& f
   return verdict;
 }
 
+std::vector<std::string> Annotations::expected_formulations(const std::string& table) const {
+  std::vector<std::string> out;
+  for (const Expected& e : expected_)
+    if (e.row.table == table && !e.row.formulation.empty() &&
+        std::find(out.begin(), out.end(), e.row.formulation) == out.end())
+      out.push_back(e.row.formulation);
+  return out;
+}
+
 void Annotations::apply(const std::string& table, std::vector<ComparisonRow>& rows) const {
   for (ComparisonRow& row : rows) {
     for (const Published& p : published_)

@@ -32,6 +32,8 @@ class Annotations {
   void apply(const std::string& table, std::vector<ComparisonRow>& rows) const;
   /// Expected verdict of a row of a table that is not a comparison table; "" if none is given.
   std::string expected(const std::string& table, const std::string& formulation, const std::string& quantity) const;
+  /// Formulations that expectations of this point name, each once.
+  std::vector<std::string> expected_formulations(const std::string& table) const;
 
  private:
   struct Published {

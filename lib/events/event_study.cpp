@@ -157,14 +157,31 @@ class EventStudy final : public study::StudyPoint {
     store::append_rows(all, t);
   }
 
+  /// Formulations and predictions that have a row.
+  static std::vector<std::pair<std::string, double>> rows_of(const DrawnEvent& e) {
+    std::vector<std::pair<std::string, double>> rows;
+    for (const auto& p : e.of.predictions)
+      if (!std::isnan(p.second)) rows.push_back(p);
+    const bool has_form = !std::isnan(e.beta()) && !e.of.is_two_sided;
+    if (has_form || rows.empty()) rows.emplace_back("form", has_form ? stats::normal_upper_tail(e.beta()) : kNaN);
+    return rows;
+  }
+
+  static bool has(const DrawnEvent& e, const std::string& formulation) {
+    const auto rows = rows_of(e);
+    return std::any_of(rows.begin(), rows.end(), [&](const auto& r) { return r.first == formulation; });
+  }
+
   store::Table probability_table(const DrawnEvent& e, const EventEstimate& found, const stats::Tally& own) const {
     std::vector<compare::ComparisonRow> rows;
     const auto row = [&](const std::string& formulation, double predicted) {
       rows.push_back(compare_probability(formulation, found, predicted, run_.verdict, own.trials));
     };
-    for (const auto& [formulation, p] : e.of.predictions)
-      if (!std::isnan(p)) row(formulation, p);
-    if (!std::isnan(e.beta()) || rows.empty()) row("form", stats::normal_upper_tail(e.beta()));
+    for (const auto& [formulation, p] : rows_of(e)) row(formulation, p);
+    if (&e == &events_.front())
+      for (const std::string& formulation : annotations_.expected_formulations("probability"))
+        if (std::none_of(events_.begin(), events_.end(), [&](const DrawnEvent& any) { return has(any, formulation); }))
+          row(formulation, kNaN);
     annotations_.apply("probability", rows);
     return compare::comparison_table("probability",
                                      "probability of the event" + compare::at_confidence(run_.verdict.confidence), rows,
@@ -301,14 +318,22 @@ std::vector<EventRule> read_events(config::ConfigReader& c, const std::vector<Ev
     e.quantity = static_cast<std::size_t>(std::find(names.begin(), names.end(), quantity) - names.begin());
     e.place = entry.place("quantity");
     const bool has_below = entry.has("below"), has_above = entry.has("above");
-    if (quantities[e.quantity].has_limit) {
+    const EventLimits limits = quantities[e.quantity].limits;
+    if (limits != EventLimits::none) {
       entry.require(!(has_below && has_above), "above", "not together with below: must be one of the two");
       entry.require(has_below || has_above, "quantity", "without a limit: must have `below` or `above`, a number");
       e.is_above = has_above;
       e.limit =
           entry.number(has_above ? "above" : "below", {},
                        "the event is a quantity on this side of the limit; it must not hold where nothing is drawn");
-      e.place = entry.place(has_above ? "above" : "below");
+      const char* key = has_above ? "above" : "below";
+      entry.require(has_above || limits != EventLimits::only_above, key,
+                    fmt::format("\"{}\" is a size, small where little is drawn, and that is not rare: give `above`, a "
+                                "number > 0",
+                                quantity));
+      entry.require(e.limit > 0 || limits == EventLimits::either, key,
+                    fmt::format("\"{}\" is a size, never below 0: must be > 0", quantity));
+      e.place = entry.place(key);
     } else {
       entry.require(!has_below && !has_above, has_below ? "below" : "above",
                     fmt::format("\"{}\" happens or not: leave it out", quantity));
@@ -320,6 +345,14 @@ std::vector<EventRule> read_events(config::ConfigReader& c, const std::vector<Ev
   }
   c.require(!events.empty(), "event", "none is of this point of the sweep: give one whose `at` has it");
   return events;
+}
+
+void refuse_beside_events(const config::ConfigReader& c, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys)
+    if (c.has(key))
+      c.fail(key,
+             "is of the study's other tables, of which a run of [[event]] has none: leave one of the two out; "
+             "predictions of an event are rows of the table probability");
 }
 
 compare::Annotations read_event_annotations(config::ConfigReader& c, const std::vector<std::string>& formulations) {

@@ -23,10 +23,18 @@ struct EventRule {
   config::ConfigPlace place;
 };
 
+/// The limits that an event of a quantity may have.
+enum class EventLimits {
+  none,        // it happens or not: neither `below` nor `above`
+  either,      // of any sign
+  positive,    // a size: `below` or `above`, > 0
+  only_above,  // a size that is 0 where nothing is drawn: `above`, > 0
+};
+
 /// A quantity that an event may be about.
 struct EventQuantity {
   std::string name;
-  bool has_limit = true;  ///< false: it happens or not, and takes neither `below` nor `above`
+  EventLimits limits = EventLimits::either;
 };
 
 /// True if the config's run is one of events.
@@ -35,7 +43,11 @@ bool has_events(const config::ConfigReader& config);
 /// The events of this point of the sweep, at least one. Call it when the other keys were read. Throws InputError.
 std::vector<EventRule> read_events(config::ConfigReader& config, const std::vector<EventQuantity>& quantities);
 
+/// Refuses keys of the tables that a run of events has not. Throws InputError.
+void refuse_beside_events(const config::ConfigReader& config, const std::vector<std::string>& keys);
+
 /// The rows that `[[published]]` and `[[expect]]` may name: the quantity "probability" of each formulation, and "form".
+/// A formulation that an expectation names and no event has becomes a row without a verdict: not as expected.
 compare::Annotations read_event_annotations(config::ConfigReader& config, const std::vector<std::string>& formulations);
 
 /// One event, ready to be prepared.
@@ -47,6 +59,7 @@ struct TrialEvent {
   std::vector<std::pair<std::string, double>> predictions = {};  ///< formulation, probability; NaN: not known
   std::vector<rare::HalfSpace> half_spaces = {};                 ///< for method "union"; none: the event is no union
   std::vector<Eigen::VectorXd> starts = {};                      ///< of the preparing (rare::prepare_proposal)
+  bool is_two_sided = false;                                     ///< FORM has half of it, and no row "form"
   bool has_designs = false;  ///< the starts are all of its design points, to first order: no pilots look for others
   config::ConfigPlace place = {};
 };

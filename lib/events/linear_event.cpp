@@ -103,6 +103,7 @@ struct HeavyError {
 void predict(TrialEvent& event, const LinearEvent& linear) {
   const double k = linear.limit, norm = linear.slope.norm(), sides = linear.is_two_sided ? 2 : 1;
   const double normal = sides * stats::normal_upper_tail(k);
+  event.is_two_sided = linear.is_two_sided;
   if (linear.mixing.empty()) {
     event.predictions = {{"first_order", normal}};
     event.starts = {k * linear.slope / norm};

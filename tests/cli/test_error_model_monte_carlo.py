@@ -224,6 +224,43 @@ class Results(Case):
         self.assertEqual(values[0], -values[1])
 
 
+class Events(Case):
+    EVENT = '[[event]]\nname = "far"\nquantity = "lateral_in_sd"\nabove = 5.0\n[sampling]\nmethod = "importance"\npilot = 400\nsubset = { replicates = 0 }\n'
+    LAW = '[reference_law]\ndeclination = { law = "nig", shape = 0.2, size = "sd" }\nmodes = ["R"]\n'
+    EXPECT = '[[expect]]\ntable = "probability"\nformulation = "%s"\nquantities = ["probability"]\nverdict = "%s"\n'
+
+    def test_draws_of_deeper_stations_are_no_part_of_an_event_in_mid_well(self):
+        level = WELL.replace("60.0", "90.0").replace("80.0", "0.0").replace("iscwsa_mwd_rev5.10", "MWD+IFR1")
+        level = level.replace("report_md_m = [900.0]\n", "").replace("length_m = 900", "length_m = 1500")
+        depths = [30.0 * k for k in range(11, 24)]
+        self.run_config(level + self.LAW + self.EVENT + f"[sweep]\nreport_md_m = {[[d] for d in depths]}\n")
+        rows = self.table("probability", formulation="first_order")
+        self.assertEqual(len(rows), len(depths))
+        for row in rows:  # stations with a V each: nearly normal
+            self.assertLess(abs(float(row["ratio"]) - 1), 0.15, row)
+        sources = {r["code"] for r in self.table("importance")}
+        self.assertIn("variance of the reference", sources)
+        self.assertNotIn("", sources)
+
+    def test_an_expectation_of_a_row_that_is_not_there_is_not_met(self):
+        for quantity, formulation, law in (("lateral_in_sd", "form", "nig"), ("lateral_m", "first_order", "asymmetric_nig")):
+            skew = "skew = 1.0, " if law != "nig" else ""
+            text = WELL + self.LAW.replace('"nig", ', f'"{law}", {skew}') + self.EVENT.replace("lateral_in_sd", quantity)
+            text = text.replace("above = 5.0", "above = 500.0").replace("modes", "each_term = true\nmodes") if quantity == "lateral_m" else text
+            for verdict in ("agrees", "differs"):
+                (self.path / "well.toml").write_text(text + self.EXPECT % (formulation, verdict))
+                run = self.call("run", "well.toml", "-o", "well.h5", "--overwrite", "--check")
+                self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+                (row,) = self.table("probability", formulation=formulation)
+                self.assertEqual((row["verdict"], row["expected"]), ("", verdict))
+
+    def test_form_is_no_row_of_an_event_of_two_sides(self):
+        for quantity, limit, form in (("lateral_in_sd", 5.0, False), ("lateral_m", 200.0, True)):
+            self.run_config(WELL + self.EVENT.replace("lateral_in_sd", quantity).replace("5.0", str(limit)), "--overwrite")
+            self.assertEqual({r["formulation"] for r in self.table("probability")},
+                             {"first_order", "form"} if form else {"first_order"})
+
+
 class BadInput(Case):
     def test_values_are_refused_with_place_and_rule(self):
         self.refused(WELL + "[errors]\nmultiplier = 0.0\n", "errors.multiplier = 0", "must be in (0, 1000]")
@@ -248,7 +285,14 @@ class BadInput(Case):
         event = '[[event]]\nname = "far"\nquantity = "lateral_in_sd"\nabove = 5.0\n'
         self.refused(WELL + event + storm + "storms_per_day = 1.0\ndecay_s = 100.0\n", "only \"ar1\" is normal")
         self.refused(WELL.replace("[900.0]", "[885.0]") + event, "report_md_m", "must be one station")
-        self.refused(WELL + event.replace("above", "below"), "is not rare")
+        lateral = event.replace("in_sd", "m")
+        self.refused(WELL + lateral.replace("above", "below"), "below = 5", "must be one that draws cause")
+        self.refused(WELL + event.replace("above = ", "below = -"), "event[0].below = -5", "is not rare: give `above`")
+        self.refused(WELL + event.replace("5.0", "-5.0"), "event[0].above = -5", "never below 0: must be > 0")
+        self.refused('formulations = ["second"]\n' + WELL + event, "formulations", "a run of [[event]] has none")
+        self.refused(WELL + event + "[tails]\nk = [3.0]\n", "tails", "a run of [[event]] has none")
+        expect = '[[expect]]\ntable = "probability"\nformulation = "normal"\nquantities = ["probability"]\nverdict = "agrees"\n'
+        self.refused(WELL + event + expect, 'no row "probability" of "normal"')
         self.run_config(WELL.replace("2000", "20") + series + "drilling_m_per_h = 1000.0\n")
 
     def test_references_that_few_trials_see_are_warned_of(self):

@@ -160,6 +160,17 @@ class Reference(Case):
     def smoke(name):
         return Path(test_cli.SOURCE) / f"configs/smoke/{name}.toml"
 
+    def test_limits_of_sizes_and_keys_of_other_tables_are_refused_with_the_reason(self):
+        event = lambda quantity, limit: ("--set", f'event=[{{name="far",quantity="{quantity}",{limit}}}]')
+        for sets, says in ((event("lateral_in_sd", "below=-5.0"), "below = -5: .lateral_in_sd. is a size.* give `above`, a number > 0"),
+                           (event("north_in_sd", "above=0.0"), "above = 0: .north_in_sd. is a size, never below 0: must be > 0"),
+                           (event("distance_m", "below=-5.0"), "below = -5: .distance_m. is a size, never below 0: must be > 0"),
+                           (event("lateral_in_sd", "above=5.0") + ("--set", "tails.k=[3.0]"), "tails.* a run of ..event.. has none"),
+                           (event("lateral_in_sd", "above=5.0") + ("--set", 'reference_law={}'), 'no row "probability" of "normal"')):
+            with self.subTest(sets):
+                self.refused(65, "check", self.smoke("msa_tails_event"), *sets, says=says)
+        self.call("check", self.smoke("msa_tails_event"), *event("distance_m", "above=500.0"), *("--set", "expect=[]"))
+
     def run_with(self, config, output="out.h5", **keys):
         sets = [word for key, value in keys.items() for word in ("--set", f"{key.replace('__', '.')} = {value}")]
         return self.run_config(*sets, config=config, output=output, timeout=300)
