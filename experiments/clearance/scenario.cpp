@@ -152,6 +152,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
               "here");
   read_drawing(c, s);
   c.require(!s.laws.any() || s.drawing.trials == 0, "trials", "draws normal errors: not together with reference_law");
+  if (s.drawing.trials > 0) scenario::require_few_disturbed(c, s);
   if (const auto& d = s.reference.disturbance; d && d->process.kind != disturbance::Kind::ar1) {
     c.require(s.drawing.trials == 0, "trials", "draws normal errors, and of the disturbances only \"ar1\" is normal");
     c.require(!s.laws.any(), "disturbance.kind",

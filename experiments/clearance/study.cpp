@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "clearance/drawn_pairs.h"
 #include "clearance/tables.h"
+#include "scenario/disturbance.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::clearance {
@@ -31,6 +32,8 @@ class Clearance final : public study::StudyPoint {
     }
     study::PointResult r;
     r.tables = tables.take(reference);
+    if (s_->reference.disturbance)
+      r.tables.push_back(scenario::disturbance_table(*s_->reference.disturbance, s_->reference.field, nullptr));
     if (drawn_) r.tables.insert(r.tables.begin(), drawn_->relative_position(tally));
     if (drawn_ && s_->drawing.save_samples > 0) r.samples = {drawn_->realisations(tally)};
     return r;

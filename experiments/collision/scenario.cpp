@@ -106,6 +106,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   if (const auto& d = s.reference.disturbance) {
     c.require(d->process.kind == disturbance::Kind::ar1, "disturbance.kind",
               "only \"ar1\" is normal, and importance sampling draws normals: must be \"ar1\" here");
+    scenario::require_few_disturbed(c, s);
     c.require(!s.laws.any() || !s.laws.random, "reference_law.modes",
               "must be of \"G\", \"W\" where a disturbance takes the place of the errors of mode R");
   }

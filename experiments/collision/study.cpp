@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "collision/tables.h"
 #include "random/study_stream.h"
+#include "scenario/disturbance.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::collision {
@@ -65,6 +66,8 @@ class Collision final : public study::StudyPoint {
         }
     study::PointResult r;
     r.tables = tables_of(*s_, judged(tally, checks));
+    if (s_->reference.disturbance)
+      r.tables.push_back(scenario::disturbance_table(*s_->reference.disturbance, s_->reference.field, nullptr));
     if (s_->run.save_samples > 0) r.samples = {hits_table(tally)};
     return r;
   }

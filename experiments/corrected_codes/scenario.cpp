@@ -209,7 +209,7 @@ namespace {
 void read_disturbance(config::ConfigReader& c, Scenario& s) {
   if (!c.has("disturbance.kind")) return;
   c.require(s.well && !s.has_map(), "disturbance.kind", "maps have no [disturbance]: give one well");
-  s.disturbance = scenario::read_disturbance(c, *s.well);
+  s.disturbance = scenario::read_disturbance(c, *s.well, {.is_drawn = s.trials > 0});
   const disturbance::Disturbance& d = *s.disturbance;
   constexpr std::array<disturbance::Element, 3> kElements{disturbance::kTotal, disturbance::kDip,
                                                           disturbance::kDeclination};
@@ -222,6 +222,8 @@ void read_disturbance(config::ConfigReader& c, Scenario& s) {
   propagate::CodeDraws::Reference& station = s.which.draws.station;
   if (d.match_variance) {
     const std::array<double, 3> sizes{station.total, station.dip, station.declination_in(s.field)};
+    c.require(std::any_of(sizes.begin(), sizes.end(), [](double size) { return size > 0; }), "disturbance.match",
+              "\"variance\" is that of the code's errors of mode R of the reference, which are 0");
     for (std::size_t i = 0; i < sizes.size() && !d.keeps_normals(); ++i)
       c.require(sizes[i] == 0 || s.disturbed->sizes()[kElements[i]] > 0, "disturbance.match",
                 fmt::format("the disturbance does not change the {}, which is drawn at every station",
@@ -302,6 +304,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     s.azimuth_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360),
                            "azimuths of the maps, of the last station, from true north");
   }
+  s.trials = static_cast<std::uint64_t>(
+      c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
   read_disturbance(c, s);
   if (s.which.correction.robust.loss != multistation::Loss::least_squares) {
     const propagate::CodeDraws::Reference& of_station = s.which.draws.station;
@@ -312,8 +316,6 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     c.require(!s.laws.any(), "reference_law",
               "the cost of estimator.robust.loss is that of normal errors: leave one of them out");
   }
-  s.trials = static_cast<std::uint64_t>(
-      c.integer("trials", 0, 1'000'000'000'000, "trials at every point of the sweep; 0: first order alone", 0));
   c.require(s.trials == 0 || s.well, "trials", "maps have no trials: give well.inclination_deg, or leave it out");
   c.require(s.trials == 0 || s.latitude_deg.empty(), "trials",
             "a map over places has no trials: sweep field.latitude_deg and field.longitude_deg");

@@ -176,7 +176,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.disturbance = scenario::read_disturbance(c, s.survey);
   if (s.disturbance)
     s.tools.runs = c.place("disturbance.kind").with_place([&] {
-      return propagate::disturbed_runs(s.tools.runs, *s.disturbance, s.field);
+      std::vector<propagate::ToolRun> runs = propagate::disturbed_runs(s.tools.runs, *s.disturbance, s.field);
+      propagate::require_few_draws(runs, s.survey.stations.size());
+      return runs;
     });
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);

@@ -68,9 +68,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.spread = scenario::read_tool_spread(c);
   s.noise = scenario::read_noise(c);
   c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
-  constexpr bool kHasFile = false;
   s.reference = scenario::read_drawn_reference(c, benefit_well(s, s.inclination_deg.front(), s.azimuth_deg.front()),
-                                               kHasFile, s.field, s.noise);
+                                               {.has_file = false, .is_drawn = c.has("verify")}, s.field, s.noise);
   s.tails = compare::read_tail_rule(c, s.reference.laws);
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
   s.estimator = scenario::read_estimator(c, s.errors, s.field, analysis::readings_estimators());

@@ -71,7 +71,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
   }
   read_model(c, s);
-  s.reference = scenario::read_drawn_reference(c, s.survey, true, s.field, s.noise);
+  s.reference = scenario::read_drawn_reference(c, s.survey, {}, s.field, s.noise);
   if (s.with_position) s.tails = compare::read_tail_rule(c, s.reference.laws);
   s.noise.antithetic = c.boolean("antithetic", config::meaning::kAntithetic, false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",

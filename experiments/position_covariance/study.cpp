@@ -128,7 +128,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.tools = scenario::read_tool_runs(c, s.survey);
   s.latitude = scenario::read_latitude(c, scenario::models_of(s.tools));
   s.tvd = scenario::read_true_vertical_depths(c, s.survey);
-  s.disturbance = scenario::read_disturbance(c, s.survey);
+  s.disturbance = scenario::read_disturbance(c, s.survey, {.is_drawn = false});
   if (s.disturbance) {
     c.require(s.survey.stations.size() <= kMostDisturbed, "disturbance.kind",
               fmt::format("at most {} stations: time is quadratic in them", kMostDisturbed));
@@ -164,6 +164,10 @@ Scenario read_scenario(config::ConfigReader& c) {
   c.require(!s.tails.wanted || s.tails.predicted, "disturbance.kind",
             "only \"ar1\" is normal: of another disturbance the table `tails` has no prediction, but "
             "error_model_monte_carlo has trials");
+  if (s.disturbance && s.tails.wanted)
+    c.place("disturbance.kind").with_place([&] {
+      propagate::require_few_draws(s.tools.runs, s.survey.stations.size());
+    });
   c.finish();
   return s;
 }

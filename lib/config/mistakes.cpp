@@ -70,11 +70,11 @@ const InputTable& survey_stand_in() {
   static const InputTable table = [] {
     InputTable t;
     t.path = "stand-in";
-    t.names = {"md_m", "inclination_deg", "azimuth_deg", "toolface_deg"};
+    t.names = {"md_m", "inclination_deg", "azimuth_deg", "toolface_deg", "time_s"};
     t.columns.resize(t.names.size());
     constexpr int kStations = 534;  // to 16 km
     for (int k = 0; k < kStations; ++k) {
-      const std::vector<double> row{30.0 * k, std::min(60.0, 1.0 * k), 45, 20.0 * (k % 18)};
+      const std::vector<double> row{30.0 * k, std::min(60.0, 1.0 * k), 45, 20.0 * (k % 18), 3600.0 * k};
       for (std::size_t c = 0; c < row.size(); ++c) t.columns[c].push_back(row[c]);
       t.lines.push_back(k + 2);
     }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -82,6 +83,13 @@ std::map<std::string, Element> disturbed_codes(const std::vector<ToolRun>& runs)
   return codes;
 }
 
+void require_few(std::size_t draws) {
+  require(draws <= kMostDraws,
+          "{} draws of the disturbance, one of each of its terms at every station: must be at most {}; fewer stations, "
+          "by a larger interpolate_m",
+          draws, kMostDraws);
+}
+
 }  // namespace
 
 std::optional<Element> disturbed_element(const error_model::Term& term) {
@@ -108,6 +116,18 @@ std::vector<ToolRun> disturbed_runs(const std::vector<ToolRun>& runs, const Dist
   return out;
 }
 
+void require_few_draws(const std::vector<ToolRun>& runs, std::size_t stations) {
+  std::size_t draws = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    std::set<std::string> codes;
+    for (const error_model::Term& t : runs[r].model->terms)
+      if (disturbed_element(t)) codes.insert(t.code);
+    const std::size_t end = r + 1 < runs.size() ? static_cast<std::size_t>(runs[r + 1].first) : stations;
+    draws += codes.size() * (end - static_cast<std::size_t>(runs[r].first));
+  }
+  require_few(draws);
+}
+
 DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolRun>& runs, const Disturbance& d,
                                const survey::ReferenceField& field) {
   const std::map<std::string, Element> codes = disturbed_codes(runs);
@@ -121,8 +141,7 @@ DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolR
                      static_cast<std::uint32_t>(i - errors.station_draws)});
     numbers.push_back(static_cast<std::uint32_t>(i));
   }
-  require(draws.size() <= kMostDraws, "{} draws of the disturbance: at most {} can be predicted", draws.size(),
-          kMostDraws);
+  require_few(draws.size());
   return {disturbance::StationDisturbance(d, field, std::move(draws)), std::move(numbers)};
 }
 
@@ -156,8 +175,7 @@ StationEffects with_independent_draws(const StationEffects& effects, const std::
     for (const std::size_t s : disturbed)
       if (effects.draw[s * n + k] != StationEffects::kNone)
         draws.push_back({k, codes.at(effects.sources[s].code), static_cast<std::uint32_t>(s)});
-  require(draws.size() <= kMostDraws, "{} draws of the disturbance: at most {} can be predicted", draws.size(),
-          kMostDraws);
+  require_few(draws.size());
   const Eigen::MatrixXd factor = stats::lower_factor(disturbance::StationDisturbance(d, field, draws).correlation());
   for (std::size_t j = 0; j < draws.size(); ++j) {
     out.sources.push_back(effects.sources[draws[j].source]);

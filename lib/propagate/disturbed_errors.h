@@ -23,6 +23,10 @@ std::optional<disturbance::Element> disturbed_element(const error_model::Term& t
 std::vector<ToolRun> disturbed_runs(const std::vector<ToolRun>& runs, const disturbance::Disturbance& disturbance,
                                     const survey::ReferenceField& field);
 
+/// Throws InputError where disturbed_draws() and with_independent_draws() would: there are more than 3000 draws, one of
+/// each disturbed source at every station behind the first.
+void require_few_draws(const std::vector<ToolRun>& runs, std::size_t stations);
+
 /// Draws of `errors` that a disturbance makes.
 struct DisturbedDraws {
   disturbance::StationDisturbance disturbance;
@@ -36,8 +40,8 @@ DisturbedDraws disturbed_draws(const WellErrors& errors, const std::vector<ToolR
 WellErrors with_independent_draws(const WellErrors& errors, const DisturbedDraws& disturbed);
 
 /// The same effects to second moments by independent draws: each draw of a disturbed source becomes a source of its
-/// own, of mode R and with one draw along the well. Memory is cubic in the disturbed sources and quadratic in the
-/// stations.
+/// own, of mode R and with one draw along the well. Memory: a factor of D^2 numbers and 7 D n of effects, D the number
+/// of draws, at most that of disturbed sources times that of stations n.
 StationEffects with_independent_draws(const StationEffects& effects, const std::vector<ToolRun>& runs,
                                       const disturbance::Disturbance& disturbance, const survey::ReferenceField& field);
 

@@ -104,16 +104,21 @@ Process read_process(config::ConfigReader& c, const std::string& kind, bool matc
   return p;
 }
 
-std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, config::ConfigReader* offset,
-                               bool has_file) {
-  config::ConfigReader& of_file = offset != nullptr ? *offset : c;
-  const char* const file = offset != nullptr ? "file" : "survey.file";
+/// Begins a message.
+std::string of_well(const DisturbedWell& well) {
+  return well.name.empty() ? "" : fmt::format("of the well \"{}\": ", well.name);
+}
+
+std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& survey, const DisturbedWell& well) {
+  config::ConfigReader& of_file = well.offset != nullptr ? *well.offset : c;
+  const char* const file = well.offset != nullptr ? "file" : "survey.file";
   const bool has_rate = c.has("disturbance.drilling_m_per_h") || c.has("disturbance.connection_s");
-  const bool is_listed = has_file && of_file.has(file);
+  const bool is_listed = well.has_file && of_file.has(file);
   if (has_rate && is_listed && of_file.csv(file, config::kMeaningElsewhere).find("time_s") >= 0)
-    c.warn("disturbance.drilling_m_per_h",
-           fmt::format("gives the times of the stations, and the column time_s of {} is not used", std::string(file)),
-           "leave drilling_m_per_h and connection_s out, or the column");
+    c.warn(
+        "disturbance.drilling_m_per_h",
+        fmt::format("{}gives the times of the stations, and the column time_s of {} is not used", of_well(well), file),
+        "leave drilling_m_per_h and connection_s out, or the column");
   if (!has_rate && is_listed) {
     const config::InputTable table = of_file.csv(file, config::kMeaningElsewhere);
     const std::vector<double> listed = config::times_from_table(table);
@@ -137,21 +142,22 @@ std::vector<double> read_times(config::ConfigReader& c, const survey::Survey& su
 }
 
 /// Series that would repeat within the run, and storms that are too many to draw or too rare to be seen.
-void check_times(config::ConfigReader& c, const std::string& kind, const Disturbance& d) {
+void check_times(config::ConfigReader& c, const std::string& kind, const Disturbance& d, const DisturbedWell& well) {
   const double run = d.times.back() - d.times.front();
   const Process& p = d.process;
   if (kind == "series") {
     const double record = p.series->step * static_cast<double>(p.series->field.cols());
     c.require(run <= record, "disturbance.file",
-              fmt::format("has {:.3g} h, and the run takes {:.3g} h: a series would repeat itself; must be as long as "
-                          "the run",
-                          record / kHour, run / kHour));
+              fmt::format("{}has {:.3g} h, and the run takes {:.3g} h: a series would repeat itself; must be as long "
+                          "as the run",
+                          of_well(well), record / kHour, run / kHour));
   }
   if (kind != "storm") return;
   const double storms = disturbance::storms_of_run(p, run);
   c.require(storms <= kMostStorms, "disturbance.storms_per_day",
-            fmt::format("some {:.3g} storms a trial: must be at most {:g}; so many together are normal: \"ar1\"",
-                        storms, kMostStorms));
+            fmt::format("{}some {:.3g} storms a run: must be at most {:g}; so many together are normal: \"ar1\"",
+                        of_well(well), storms, kMostStorms));
+  if (!well.is_drawn) return;
   const double kurtosis = disturbance::kurtosis(p, Eigen::RowVector3d(p.sd.transpose().cwiseSign()));
   if (kurtosis > kRareKurtosis)
     c.warn(
@@ -165,7 +171,7 @@ void check_times(config::ConfigReader& c, const std::string& kind, const Disturb
 }  // namespace
 
 std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const survey::Survey& survey,
-                                            config::ConfigReader* offset, bool has_file) {
+                                            const DisturbedWell& well) {
   if (!c.has("disturbance.kind")) return std::nullopt;
   Disturbance d;
   const std::string kind = c.choice(
@@ -182,8 +188,8 @@ std::optional<Disturbance> read_disturbance(config::ConfigReader& c, const surve
   d.process = read_process(c, kind, d.match_variance);
   c.require(d.keeps_normals() || !disturbance::covariance(d.process, 0).isZero(0), "disturbance.kind",
             "the disturbance is 0 everywhere: give its sizes in nT, or a series that varies");
-  d.times = read_times(c, survey, offset, has_file);
-  check_times(c, kind, d);
+  d.times = read_times(c, survey, well);
+  check_times(c, kind, d, well);
   for (const double minutes :
        c.numbers("disturbance.lags_min", config::Range::positive(), "lags of the table `disturbance`, minutes", -1,
                  std::vector<double>{10, 30, 60, 120, 240}))

@@ -1,6 +1,7 @@
 #pragma once
 /// `[disturbance]`: the geomagnetic reference's errors that are new at every station, as a function of time instead.
 #include <optional>
+#include <string>
 
 #include "compare/tails.h"
 #include "config/config.h"
@@ -10,11 +11,18 @@
 
 namespace surveymc::scenario {
 
+/// A well that a disturbance is read for.
+struct DisturbedWell {
+  config::ConfigReader* offset = nullptr;  ///< the [[offset]] that it is: its `file` may have the column `time_s`
+  std::string name = {};                   ///< of several wells, for messages
+  bool has_file = true;                    ///< the study has the key survey.file
+  bool is_drawn = true;                    ///< in trials, of which there may be too few
+};
+
 /// The disturbance, if the config has one, at the stations of `survey`. Times: column `time_s` of survey.file, or
-/// `drilling_m_per_h` and `connection_s`. `offset`: the [[offset]] whose survey it is, and whose `file` may have the
-/// column. `has_file`: the study has the key survey.file.
+/// `drilling_m_per_h` and `connection_s`.
 std::optional<disturbance::Disturbance> read_disturbance(config::ConfigReader& config, const survey::Survey& survey,
-                                                         config::ConfigReader* offset = nullptr, bool has_file = true);
+                                                         const DisturbedWell& well = {});
 
 /// Throws InputError where errors of mode R have laws and a disturbance takes their place. Table `tails` has a
 /// prediction beside "ar1" alone, whose sums are normal; else trials.

@@ -4,16 +4,15 @@
 
 #include <fmt/format.h>
 
-#include "scenario/disturbance.h"
 #include "scenario/reference_laws.h"
 
 namespace surveymc::scenario {
 namespace {
 
 /// The errors of the reference that are new at every station become a function of time.
-void read_disturbed(config::ConfigReader& c, const survey::Survey& survey, bool has_file,
+void read_disturbed(config::ConfigReader& c, const survey::Survey& survey, const DisturbedWell& well,
                     const survey::ReferenceField& field, DrawnReference& r, sensor::NoiseModel& noise) {
-  r.disturbance = read_disturbance(c, survey, nullptr, has_file);
+  r.disturbance = read_disturbance(c, survey, well);
   if (!r.disturbance) return;
   const disturbance::Disturbance& d = *r.disturbance;
   c.require(noise.reference == sensor::ReferenceNoise::per_station, "disturbance.kind",
@@ -29,6 +28,8 @@ void read_disturbed(config::ConfigReader& c, const survey::Survey& survey, bool 
       draws.push_back({k, kElements[i], i, random::Channel::reference_field, 2 * k + i});
   r.disturbed = std::make_shared<const disturbance::StationDisturbance>(d, field, draws);
   const std::array<double*, 2> sizes{&noise.reference_total, &noise.reference_dip};
+  c.require(!d.match_variance || *sizes[0] > 0 || *sizes[1] > 0, "disturbance.match",
+            "\"variance\" is that of noise.reference, whose errors are 0: give noise.reference.total_nT or dip_deg");
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const double own = r.disturbed->sizes()[kElements[i]];
     if (!d.match_variance) *sizes[i] = own;
@@ -58,11 +59,11 @@ random::ReferenceLaws read_drawn_laws(config::ConfigReader& c, sensor::NoiseMode
   return laws;
 }
 
-DrawnReference read_drawn_reference(config::ConfigReader& c, const survey::Survey& survey, bool has_file,
+DrawnReference read_drawn_reference(config::ConfigReader& c, const survey::Survey& survey, const DisturbedWell& well,
                                     const survey::ReferenceField& field, sensor::NoiseModel& noise) {
   DrawnReference r;
   r.laws = read_drawn_laws(c, noise);
-  read_disturbed(c, survey, has_file, field, r, noise);
+  read_disturbed(c, survey, well, field, r, noise);
   return r;
 }
 

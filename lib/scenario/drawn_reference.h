@@ -11,6 +11,7 @@
 #include "config/config.h"
 #include "disturbance/station_disturbance.h"
 #include "random/reference_laws.h"
+#include "scenario/disturbance.h"
 #include "scenario/prediction_orders.h"
 #include "sensor/magnetometer.h"
 #include "survey/survey.h"
@@ -35,10 +36,10 @@ struct DrawnReference {
 random::ReferenceLaws read_drawn_laws(config::ConfigReader& config, sensor::NoiseModel& noise);
 
 /// The same, and `[disturbance]` at the stations of `survey`, of which the depths or
-/// the times are used, and whose sizes the reference's may become. `has_file`: of read_disturbance(). Throws
-/// InputError.
-DrawnReference read_drawn_reference(config::ConfigReader& config, const survey::Survey& survey, bool has_file,
-                                    const survey::ReferenceField& field, sensor::NoiseModel& noise);
+/// the times are used, and whose sizes the reference's may become. `well`: of read_disturbance(). Throws InputError.
+DrawnReference read_drawn_reference(config::ConfigReader& config, const survey::Survey& survey,
+                                    const DisturbedWell& well, const survey::ReferenceField& field,
+                                    sensor::NoiseModel& noise);
 
 /// The errors of the first station, or of the run, that have a law: dip, then total field.
 std::vector<compare::LawDraw> law_draws(const sensor::ReferenceMixing& mixing);

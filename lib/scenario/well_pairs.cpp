@@ -9,6 +9,7 @@
 
 #include <fmt/ranges.h>
 
+#include "base/error.h"
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "config/meanings.h"
@@ -388,7 +389,7 @@ std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interp
 /// In the models of all wells. After everything that reads these: a disturbed model is not disturbed again.
 void read_disturbances(config::ConfigReader& c, std::vector<config::ConfigReader>& offsets, Scenario& s) {
   const auto disturb = [&](Well& w, config::ConfigReader* offset) {
-    w.disturbance = read_disturbance(c, w.survey, offset);
+    w.disturbance = read_disturbance(c, w.survey, {.offset = offset, .name = w.name, .is_drawn = false});
     if (!w.disturbance) return;
     c.require(
         !w.kickoff, "disturbance.kind",
@@ -466,8 +467,22 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
                              "covariance") == "effects"
                         ? Interpolation::effects
                         : Interpolation::covariance;
+  if (s.interpolation == Interpolation::effects) require_few_disturbed(c, s);
   read_formulations(c, s);
   return s;
+}
+
+void require_few_disturbed(config::ConfigReader& c, const WellPairs& s) {
+  const auto require_few = [&](const Well& w) {
+    if (!w.disturbance || !w.disturbance->has_memory()) return;
+    try {
+      propagate::require_few_draws(w.tools.runs, w.survey.stations.size());
+    } catch (const InputError& e) {
+      c.fail("disturbance.kind", fmt::format("the well \"{}\" has {}", w.name, e.what()));
+    }
+  };
+  require_few(s.reference);
+  for (const Well& w : s.offsets) require_few(w);
 }
 
 void scale_models(config::ConfigReader& c, WellPairs& s) {

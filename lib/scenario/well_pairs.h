@@ -61,6 +61,9 @@ struct WellPairs {
 /// wells are independent: they are drilled at different times. Not with a sidetrack.
 WellPairs read_well_pairs(config::ConfigReader& config);
 
+/// Throws InputError where a well has more errors of a disturbance than can be drawn, or shared between stations.
+void require_few_disturbed(config::ConfigReader& config, const WellPairs& wells);
+
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.
 void scale_models(config::ConfigReader& config, WellPairs& wells);
 

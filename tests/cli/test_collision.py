@@ -344,6 +344,34 @@ inclination = "1"
         self.refused(BAD_INPUT, "check", self.changed(append=storm), says='disturbance.kind = "storm": only "ar1" is normal')
         self.call("check", self.changed(append=ar1))
 
+    def test_more_draws_of_a_disturbance_than_there_can_be_are_refused_by_check(self):
+        self.write("long.csv", "md_m,inclination_deg,azimuth_deg\n0,0,0\n3000,60,90\n")
+        last = '[disturbance]\nkind = "ar1"\nmatch = "variance"\ntau_s = 7200.0\ndrilling_m_per_h = 30.0\n'
+        many = ('slot_m = [25.0, 0.0, 0.0]', 'slot_m = [25.0, 0.0, 0.0]\ninterpolate_m = 1.0')
+        other = ('name = "other"\nfile = "vertical.csv"', 'name = "other"\nfile = "long.csv"')
+        says = r'disturbance.kind = "ar1": the well "other" has 6000 draws .*at most 3000; .*larger interpolate_m'
+        self.refused(BAD_INPUT, "check", self.changed(other, many, append=last), says=says)
+        self.call("check", self.changed(other, (many[0], many[1].replace("1.0", "2.0")), append=last))
+        clearance = [(line, "") for line in RIGID.splitlines(True) if line.startswith(("trials", "slot_sd_m"))]
+        clearance += [(RIGID[RIGID.index("[sampling]"):], ""), ('"collision"', '"clearance"'), other, many]
+        effects = ('formulations = ["independent"]', 'formulations = ["independent"]\ninterpolation = "effects"')
+        self.refused(BAD_INPUT, "check", self.changed(*clearance, effects, append=last), says=says)
+        path = self.changed(*clearance, append=last)
+        self.call("check", path)  # covariances need no draws
+        found = self.run_config(config=path)
+        self.assertEqual(list(column(found, "tables/disturbance", "lag_min"))[3:], [10, 30, 60, 120, 240])
+        self.assertAlmostEqual(column(found, "tables/disturbance", "predicted")[5], 0.6065307, delta=1e-7)  # exp(-1/2)
+
+    def test_a_storm_in_pairs_has_no_trials_to_be_too_few(self):
+        storm = ('[disturbance]\nkind = "storm"\nmatch = "variance"\nstorms_per_day = 1e-3\nrise_s = 0.0\ndecay_s = 1000.0\n'
+                 'drilling_m_per_h = 30.0\n')
+        changes = [(line, "") for line in RIGID.splitlines(True) if line.startswith(("trials", "slot_sd_m"))]
+        changes += [(RIGID[RIGID.index("[sampling]"):], ""), ('"collision"', '"clearance"')]
+        said = self.call("check", self.changed(*changes, append=storm))
+        self.assertNotIn("storms", said.stderr)
+        rate = ("storms_per_day = 1e-3", "storms_per_day = 1e9")
+        self.refused(BAD_INPUT, "check", self.changed(*changes, rate, text=RIGID + storm), says='of the well "reference": some .* storms a run')
+
     def test_predictions_of_a_sidetrack_are_of_the_depths_that_count(self):
         # Half a metre apart at 330 m, where the holes (radii 0.76 m) still touch; 2.1 m at 360 m, from where they count.
         self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +

@@ -276,8 +276,8 @@ class BadInput(Case):
         law = '[reference_law]\ndeclination = { law = "laplace", size = "sd" }\n'
         self.refused(WELL + law + "[tails]\nk = [3.0, 3.0]\n", "tails.k", "must increase")
         storm = '[disturbance]\nkind = "storm"\nmatch = "variance"\nrise_s = 0.0\ndrilling_m_per_h = 30.0\n'
-        self.refused(WELL + storm + "storms_per_day = 1e9\ndecay_s = 100.0\n", "storms_per_day", "storms a trial")
-        self.refused(WELL + storm + "storms_per_day = 1.0\ndecay_s = 1e12\n", "storms_per_day", "storms a trial")
+        self.refused(WELL + storm + "storms_per_day = 1e9\ndecay_s = 100.0\n", "storms_per_day", "storms a run")
+        self.refused(WELL + storm + "storms_per_day = 1.0\ndecay_s = 1e12\n", "storms_per_day", "storms a run")
         (self.path / "hour.csv").write_text("time,x_nT,y_nT,z_nT\n" + "".join(
             f"2016-01-01T00:{m:02d}:00,{m},{m * m},0\n" for m in range(60)))
         series = '[disturbance]\nkind = "series"\nmatch = "none"\nfile = "hour.csv"\n'
@@ -294,6 +294,17 @@ class BadInput(Case):
         expect = '[[expect]]\ntable = "probability"\nformulation = "normal"\nquantities = ["probability"]\nverdict = "agrees"\n'
         self.refused(WELL + event + expect, 'no row "probability" of "normal"')
         self.run_config(WELL.replace("2000", "20") + series + "drilling_m_per_h = 1000.0\n")
+
+    def test_times_that_cannot_be_read_are_not_missing_as_well(self):
+        (self.path / "timed.csv").write_text("md_m,inclination_deg,azimuth_deg,time_s\n0,0,0,0\n30,1,10,soon\n60,2,10,7200\n")
+        (self.path / "well.toml").write_text(
+            'experiment = "error_model_monte_carlo"\nseed = 1\ntrials = 1000\nsurvey.file = "timed.csv"\n'
+            'field = { total_nT = 50000.0, dip_deg = 70.0 }\nerror_model = "MWD+SRGM"\n'
+            'disturbance = { kind = "ar1", match = "variance", tau_s = 20000.0 }\n')
+        check = self.call("check", "well.toml")
+        self.assertEqual(check.returncode, BAD_INPUT)
+        self.assertRegex(check.stderr, r'timed.csv:3: time_s = "soon"')
+        self.assertNotIn("drilling_m_per_h", check.stderr)
 
     def test_references_that_few_trials_see_are_warned_of(self):
         storm = '[disturbance]\nkind = "storm"\nmatch = "variance"\nrise_s = 0.0\ndecay_s = 1000.0\ndrilling_m_per_h = 30.0\n'

@@ -274,6 +274,7 @@ class Reference(Case):
                 ("msa_benefit", ['noise.reference.per = "station"', law, f"disturbance = {LASTING}"],
                  "error_model_monte_carlo and corrected_codes have both"),
                 ("msa_benefit", [f"disturbance = {LASTING}"], "noise.reference.per must be"),
+                ("disturbance_msa", ["noise.reference.total_nT = 0.0", "noise.reference.dip_deg = 0.0"], "whose errors are 0: give noise.ref"),
                 ("disturbance_codes", [law], "what lasts has the laws")]:
             with self.subTest(study=study, says=says):
                 self.refused(65, "check", self.smoke(study), *[w for s in sets for w in ("--set", s)], says=says)
