@@ -91,7 +91,7 @@ class MsaPosition(Case):
                 ("msa_robust", ("--set", "estimator.robust=cauchy"), r'estimator\.robust\.name = "cauchy": is a table: write \{ loss'),
                 ("msa_robust", ("--set", "estimator.robust.loss=couchy"), r'must be one of .*; did you mean "cauchy"\?'),
                 ("msa_robust", ("--set", "noise.magnetometer_nT=0", "--set", "estimator.magnetometer_nT=9", *robust),
-                 r"weighs stations by errors of their own, of which there are none: give noise\.magnetometer_nT"),
+                 r"weighs stations by what noise leaves in them: give noise\.magnetometer_nT"),
                 ("corrected_codes_parameters", (*robust, "--set", "draw.reference.station_total_nT=0", "--set",
                                                 "draw.reference.station_dip_deg=0", "--set", "noise.magnetometer_nT=0"),
                  r"weighs stations by errors of their own")]:
