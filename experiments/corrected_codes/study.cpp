@@ -14,6 +14,7 @@
 #include "compare/order_rows.h"
 #include "random/study_stream.h"
 #include "scenario/disturbance.h"
+#include "scenario/parameter_set.h"
 #include "stats/sample_summary.h"
 #include "survey/minimum_curvature.h"
 
@@ -335,7 +336,9 @@ store::Table CorrectedCodesPoint::orders_table(const stats::Tally& tally) const 
 
 study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
   study::PointResult r;
+  analysis::RobustLimits limits;
   if (comparison_) {
+    limits = comparison_->after.limits;
     std::vector<compare::ComparisonRow> rows = compare::compare_rows(
         rows_, "prediction", s_.verdict, tally.trials, [&](const compare::Row& row) -> stats::SampleSummary {
           const stats::Moments& m = row.component < 0 && tally.trials > 0
@@ -369,7 +372,7 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
     if (orders_ && orders_->second) r.tables.push_back(orders_table(tally));
   }
   if (s_.has_map()) {
-    r.maps = code_maps(s_, options);
+    r.maps = code_maps(s_, options, limits);
     r.tables.push_back(shares_table(s_, r.maps));
     if (s_.orders.wanted.profile)
       r.tables.push_back(compare::order_shares_table("the lateral position", r.maps.back().values));
@@ -381,6 +384,8 @@ study::PointResult CorrectedCodesPoint::report(const stats::Tally& tally, const 
     r.tables.push_back(scenario::disturbance_table(*s_.disturbance, s_.field, s_.trials > 0 ? &stream : nullptr));
   }
   r.tables.push_back(validity_table(s_, comparison_ ? &*comparison_ : nullptr, tally));
+  if (const auto warnings = scenario::warn_of_limits(limits); !warnings.empty())
+    r.tables.push_back(compare::warnings_table(warnings));
   return r;
 }
 

@@ -87,8 +87,9 @@ store::Table validity_table(const Scenario& scenario, const analysis::CodeCompar
                             const stats::Tally& tally);
 /// Maps ratio_lateral, ratio_azimuth, ratio_worst, class, kappa, half_angle, and order_needed where the profile is
 /// wanted; table `shares` of the classes.
-/// Throws Interrupted.
-std::vector<store::Map> code_maps(const Scenario& scenario, const montecarlo::RunOptions& options);
+/// `limits`: grow to the largest of a cell. Throws Interrupted.
+std::vector<store::Map> code_maps(const Scenario& scenario, const montecarlo::RunOptions& options,
+                                  analysis::RobustLimits& limits);
 store::Table shares_table(const Scenario& scenario, const std::vector<store::Map>& maps);
 
 }  // namespace surveymc::studies::corrected_codes

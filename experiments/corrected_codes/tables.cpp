@@ -190,7 +190,8 @@ store::Table validity_table(const Scenario& s, const analysis::CodeComparison* c
   return t.take();
 }
 
-std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOptions& options) {
+std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOptions& options,
+                                  analysis::RobustLimits& limits) {
   const bool places = !s.latitude_deg.empty();
   const std::vector<store::Axis> axes =
       places
@@ -226,6 +227,7 @@ std::vector<store::Map> code_maps(const Scenario& s, const montecarlo::RunOption
   };
   const auto add_cell = [&](const survey::Survey& well, const survey::ReferenceField& field) {
     const analysis::CodeComparison c = analysis::compare_code(well, field, s.which, false);
+    limits = analysis::worse_of(limits, c.after.limits);
     for (std::size_t i = 0; i < kMapped.size(); ++i) {
       const analysis::CodeSds sds =
           analysis::code_sds(c, well, kMapped[i], CodeScope::magnetic, c.stations.fields.size() - 1);

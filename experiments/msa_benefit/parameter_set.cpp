@@ -22,7 +22,7 @@ namespace {
 struct Cell {
   double rank = 0, learnt = 0, condition_index = 0;
   std::array<double, 2> before{}, after{};  ///< azimuth (deg), lateral (m)
-  double shared_residual = 0;
+  analysis::RobustLimits limits;
   double ratio(std::size_t quantity) const { return after[quantity] / before[quantity]; }
 };
 
@@ -39,10 +39,10 @@ class SetMapPoint final : public study::StudyPoint {
     study::PointResult r;
     r.maps = maps(cells);
     r.tables = {summary(cells)};
-    double shared = 0;
-    for (const Cell& c : cells) shared = std::max(shared, c.shared_residual);
-    if (const auto warning = scenario::warn_of_shared_errors(shared))
-      r.tables.push_back(compare::warnings_table({*warning}));
+    analysis::RobustLimits limits;
+    for (const Cell& c : cells) limits = analysis::worse_of(limits, c.limits);
+    if (const auto warnings = scenario::warn_of_limits(limits); !warnings.empty())
+      r.tables.push_back(compare::warnings_table(warnings));
     return r;
   }
 
@@ -65,7 +65,7 @@ class SetMapPoint final : public study::StudyPoint {
            p.observability.combinations.condition_indices[0],
            {p.uncorrected_azimuth_sd / kDegree, sd(p.uncorrected_covariance)},
            {p.azimuth_sd / kDegree, sd(p.position_covariance)},
-           p.shared_residual};
+           p.limits};
     // Noise of the accelerometers turns a vertical hole to any azimuth.
     if (s_.sizes.accelerometer > 0 && is_vertical(inclination_deg)) c.before[0] = c.after[0] = kNaN;
     return c;

@@ -127,8 +127,8 @@ class SetPoint final : public study::StudyPoint {
     r.tables.push_back(observability_table());
     r.tables.push_back(benefit_table());
     if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-    if (const auto warning = scenario::warn_of_shared_errors(prediction_.shared_residual))
-      r.tables.push_back(compare::warnings_table({*warning}));
+    if (const auto warnings = scenario::warn_of_limits(prediction_.limits); !warnings.empty())
+      r.tables.push_back(compare::warnings_table(warnings));
     r.tables.push_back(compare::failed_trials_table("trials without a converged estimate", tally.failed_trials));
     return r;
   }

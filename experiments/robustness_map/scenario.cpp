@@ -107,6 +107,13 @@ void read_fit(config::ConfigReader& c, Scenario& s) {
                field = c.number("estimator.field_nT", config::Range::positive(),
                                 "size of a residual of the horizontal or vertical field", 70);
   s.fit.sizes = {gravity, field, field};
+  s.fit.gravity_is_noisy = false;  // no code has noise of the accelerometers
+  const auto& sensors = s.draws.sensors;
+  const bool moves_gravity =
+      std::any_of(sensors.begin(), sensors.begin() + survey::kMagnetometerBias, [](double sd) { return sd > 0; });
+  c.require(moves_gravity || !s.fit.parameters.corrects_accelerometers(), "estimator.parameters",
+            "has errors of the accelerometers, but nothing that is drawn moves |g|, so that they have no claimed "
+            "covariance: leave out draw.run = false, or estimate the magnetometers alone");
   s.fit.total = s.field.total;
   s.fit.dip = s.field.dip;
 }

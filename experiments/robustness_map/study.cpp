@@ -116,8 +116,7 @@ RobustnessPoint::RobustnessPoint(Scenario scenario)
       setup_(sensor::disturbed_run_setup(s_.well, s_.field)),
       stations_(analysis::measured_stations(s_.well, s_.field, kFirstLegDoubled)),
       tied_(survey::tied_survey(s_.well, s_.field.declination, kFirstLegDoubled)),
-      plan_(multistation::fit_plan(s_.fit)),
-      claim_(stations_, s_.draws, s_.noise, s_.fit) {
+      plan_(multistation::fit_plan(s_.fit)) {
   const propagate::CodeDraws& d = s_.draws;
   setup_.sd = d.sensors;
   setup_.interference = d.interference;
@@ -125,19 +124,21 @@ RobustnessPoint::RobustnessPoint(Scenario scenario)
   setup_.station = {d.station.total, d.station.dip, d.station.declination_in(s_.field)};
   setup_.noise = s_.noise;
   estimators_.push_back(multistation::robust_options(Loss::least_squares));
-  covariance_factors_.push_back(1);
+  costs_.emplace_back();
   for (const Loss loss : s_.losses) {
     estimators_.push_back(multistation::robust_options(loss));
-    covariance_factors_.push_back(multistation::loss_cost(loss, plan_).covariance_factor());
+    costs_.push_back(multistation::loss_cost(loss, plan_));
     variance_ratios_.push_back(analysis::lateral_variance_ratio(stations_, d, s_.noise, s_.fit, loss));
   }
+  for (const multistation::LossCost& cost : costs_)
+    claims_.emplace_back(stations_, s_.draws, s_.noise, multistation::as_weighed(s_.fit, cost));
   rows_ = rows_of(s_, variance_ratios_);
 }
 
 /// One row a trial; columns as Component of each estimator.
 struct RobustnessPoint::Outcome {
   Eigen::MatrixXd values;
-  std::vector<bool> converged;
+  std::vector<bool> converged, claimed;  ///< claimed: all covariances are positive definite
   std::vector<char> wrong;               ///< stations a trial
   std::vector<Eigen::MatrixXd> weights;  ///< of each estimator: a row a trial, a column a station
 };
@@ -176,6 +177,7 @@ RobustnessPoint::Outcome RobustnessPoint::simulate(std::uint64_t first, int coun
     }
   out.values.resize(count, component(estimators_.size(), kLateral));
   out.converged.assign(static_cast<std::size_t>(count), true);
+  out.claimed = out.converged;
   const survey::LaneArray uncorrected = no_correction();
   survey::LaneArray position(groups, 3), lateral(groups, stations);
   for (std::size_t e = 0; e < estimators_.size(); ++e) {
@@ -200,7 +202,7 @@ RobustnessPoint::Outcome RobustnessPoint::simulate(std::uint64_t first, int coun
       }
       Eigen::VectorXd error(p);
       for (int i = 0; i < p; ++i) error[i] = found.estimate.value(t, i) - truth(t, i);
-      const Eigen::MatrixXd claimed = claim_.covariance(weights.data(), covariance_factors_[e]);
+      const Eigen::MatrixXd claimed = claims_[e].covariance(weights.data(), costs_[e]);
       const Eigen::VectorXd unit = claimed.diagonal().cwiseSqrt().cwiseInverse();
       const Eigen::LLT<Eigen::MatrixXd> factored(unit.asDiagonal() * claimed * unit.asDiagonal());
       error = unit.asDiagonal() * error;
@@ -209,8 +211,8 @@ RobustnessPoint::Outcome RobustnessPoint::simulate(std::uint64_t first, int coun
                    values[kComponents] = {sum, sum * sum, nees, right_weight / (stations - wrong_stations),
                                           wrong_stations > 0 ? wrong_weight / wrong_stations : 0};
       for (int i = 0; i < kComponents; ++i) out.values(t, component(e, static_cast<Component>(i))) = values[i];
-      if (found.converged.value(t, 0) == 0 || !std::isfinite(sum) || !std::isfinite(nees))
-        out.converged[static_cast<std::size_t>(t)] = false;
+      if (found.converged.value(t, 0) == 0 || !std::isfinite(sum)) out.converged[static_cast<std::size_t>(t)] = false;
+      if (!std::isfinite(nees)) out.claimed[static_cast<std::size_t>(t)] = false;
     }
   }
   return out;
@@ -219,19 +221,23 @@ RobustnessPoint::Outcome RobustnessPoint::simulate(std::uint64_t first, int coun
 stats::Tally RobustnessPoint::run_block(montecarlo::TrialBlock block) const {
   Eigen::MatrixXd values(block.count, component(estimators_.size(), kLateral));
   Eigen::Index kept = 0;
+  std::uint64_t unclaimed = 0;
   stats::Tally tally;
   for (int from = 0; from < block.count; from += kBatch) {
     const int count = std::min(kBatch, block.count - from);
     const std::uint64_t first = block.first + static_cast<std::uint64_t>(from);
     const Outcome o = simulate(first, count);
     for (int t = 0; t < count; ++t) {
+      const auto at = static_cast<std::size_t>(t);
       ++tally.trials;
-      if (o.converged[static_cast<std::size_t>(t)])
+      unclaimed += o.converged[at] && !o.claimed[at];
+      if (o.converged[at] && o.claimed[at])
         values.row(kept++) = o.values.row(t);
       else
         tally.add_failed(first + static_cast<std::uint64_t>(t));
     }
   }
+  tally.counts = {unclaimed};
   tally.moments = stats::Moments::of(values.topRows(kept));
   return tally;
 }
@@ -254,7 +260,9 @@ std::vector<compare::ComparisonRow> RobustnessPoint::prediction_rows(const stats
         row.formulation,
         compare::compare_value(row.quantity, row.unit, found, row.prediction, s_.verdict, tally.trials, m.count)));
   }
-  compare::leave_undecided(rows, tally.failed, tally.trials, kMostLost, "estimates");
+  const std::uint64_t unclaimed = tally.counts.empty() ? 0 : tally.counts.front();
+  compare::leave_undecided(rows, tally.failed - unclaimed, tally.trials, kMostLost, "estimates");
+  compare::leave_undecided(rows, unclaimed, tally.trials, kMostLost, "estimates", "have no claimed covariance");
   return rows;
 }
 
@@ -285,6 +293,7 @@ std::string RobustnessPoint::replay(std::uint64_t trial) const {
         text += fmt::format(" {} {:.4f}", estimator_name(s_, e), o.weights[e](lane, k));
       text += '\n';
     }
+  if (!o.claimed[static_cast<std::size_t>(lane)]) text += "  without a claimed covariance\n";
   return text + (o.converged[static_cast<std::size_t>(lane)] ? "  converged\n" : "  NOT converged\n");
 }
 

@@ -53,8 +53,8 @@ class RobustnessPoint final : public study::StudyPoint {
   survey::TiedSurvey tied_;
   multistation::FitPlan plan_;
   std::vector<multistation::RobustOptions> estimators_;  ///< of the informed fit, then of each loss
-  analysis::RobustClaim claim_;
-  std::vector<double> covariance_factors_;
+  std::vector<analysis::RobustClaim> claims_;
+  std::vector<multistation::LossCost> costs_;
   std::vector<double> variance_ratios_;  ///< of each loss, first order
   std::vector<compare::Row> rows_;
 };

@@ -39,6 +39,7 @@ CorrectedErrors errors_left(const MeasuredStations& stations, const survey::Surv
                          which.noise, correction, which.correlation);
     mean.determined = e.determined;
     mean.condition = std::max(mean.condition, e.condition);
+    mean.limits = worse_of(mean.limits, e.limits);
     for (std::size_t input = 0; input < kCodeInputs; ++input) {
       mean.position[input] += e.position[input];
       if (!e.determined) continue;

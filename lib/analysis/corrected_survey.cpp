@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "analysis/robust_claim.h"
 #include "base/error.h"
 #include "base/units.h"
 #include "multistation/model.h"
@@ -350,7 +351,7 @@ CorrectedErrors corrected_by_set(const MeasuredStations& s, const propagate::Cod
                                  const Correction& correction, const StationCorrelation& correlation) {
   const multistation::LossCost& cost = correction.cost;
   assert(!correlation || cost.variance == 1);
-  const multistation::FitOptions o = in_field(correction.parameters, s.field);
+  const multistation::FitOptions o = multistation::as_weighed(in_field(correction.parameters, s.field), cost);
   const std::vector<multistation::StationReadings> readings = perfect_readings(s);
   std::optional<multistation::FitSensitivity> sensitive;
   try {
@@ -364,6 +365,15 @@ CorrectedErrors corrected_by_set(const MeasuredStations& s, const propagate::Cod
       sum_up<multistation::kParameters>(s, draws, noise, set_tangents(s, readings, o),
                                         {set_response(*sensitive, o.parameters)}, correlation, cost.variance);
   out.condition = condition;
+  if (cost.variance == 1) return out;
+  std::vector<multistation::StationModel> models;
+  for (const multistation::StationReadings& r : readings)
+    models.push_back(multistation::station_model(r, {}, o.residuals, o.sizes));
+  const auto reference = [](const propagate::CodeDraws::Reference& r) {
+    return multistation::ReferenceErrors{0, r.total, r.dip};
+  };
+  out.limits = robust_limits({{}, tool_sizes(draws), reference(draws.run), reference(draws.station), 0, noise}, o,
+                             models, *sensitive);
   return out;
 }
 

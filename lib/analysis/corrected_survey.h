@@ -22,6 +22,7 @@
 
 #include <Eigen/Core>
 
+#include "analysis/robust_limits.h"
 #include "estimate/estimator.h"
 #include "estimate/sensitivity.h"
 #include "multistation/robust.h"
@@ -108,6 +109,7 @@ struct CorrectedErrors {
   /// One sd of the reference's declination, dip and total field on the last position, m: of the run, of every station.
   std::array<Eigen::Vector3d, 3> run_reference = {};
   std::vector<std::array<Eigen::Vector3d, 3>> station_reference = {};
+  RobustLimits limits = {};  ///< of a robust loss
 
   Eigen::Matrix3d covariance() const;
   double azimuth_variance(std::size_t station) const;

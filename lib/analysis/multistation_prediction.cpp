@@ -52,41 +52,11 @@ std::vector<OnSurvey> on_survey(const MultistationRun& run, const std::vector<mu
 
 MatrixXd square(const MatrixXd& m) { return m * m.transpose(); }
 
-/// MultistationPrediction::shared_residual.
-double shared_residual(const MultistationRun& run, const multistation::FitOptions& o,
-                       const std::vector<multistation::StationModel>& models,
-                       const multistation::FitSensitivity& sensitive) {
-  const multistation::FitPlan plan = multistation::fit_plan(o);
-  const Matrix3d by_reference = multistation::reference_derivatives(plan);
-  const Matrix3d reference = Vector3d(run.reference.gravity, run.reference.total, run.reference.dip).asDiagonal();
-  const Eigen::Index components = multistation::robust_components(plan);
-  const int p = o.parameters.size();
-  MatrixXd of_reference = MatrixXd::Zero(sensitive.by_truth.rows(), 3);
-  for (const Effects& e : sensitive.by_reference) of_reference += e;
-  double shared = 0, own = 0;
-  for (const multistation::StationModel& m : models) {
-    const Matrix3d read = m.by_reference * by_reference;
-    MatrixXd by_unknown(3, of_reference.rows());
-    for (int i = 0; i < p; ++i) by_unknown.col(i) = m.by_parameter.col(o.parameters.index(i));
-    if (o.estimates_reference) by_unknown.rightCols<3>() = read;
-    MatrixXd of_tool = by_unknown * sensitive.by_truth;
-    for (int i = 0; i < multistation::kParameters; ++i) {
-      if (!o.parameters.contains(i)) of_tool.col(i) -= m.by_parameter.col(i);
-      of_tool.col(i) *= run.tool_sd[static_cast<std::size_t>(i)];
-    }
-    const auto size = [components](const MatrixXd& x) { return x.bottomRows(components).squaredNorm(); };
-    shared += size(of_tool);
-    if (!run.reference_per_station) shared += size((by_unknown * of_reference + read) * reference);
-    own += size(run.accelerometer * m.by_gravity) + size(run.magnetometer * m.by_magnetic);
-    if (run.reference_per_station) own += size(read * reference);
-  }
-  return std::sqrt(shared / own);
-}
-
 }  // namespace
 
-MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& o,
+MultistationPrediction predict_multistation(const MultistationRun& run, const multistation::FitOptions& estimator,
                                             const multistation::LossCost& cost) {
+  const multistation::FitOptions o = multistation::as_weighed(estimator, cost);
   const std::vector<multistation::StationReadings> stations = clean_stations(run);
   const multistation::FitSensitivity sensitive =
       multistation::fit_sensitivity(stations, run.tool, o, std::vector<double>(stations.size(), cost.slope));
@@ -154,14 +124,18 @@ MultistationPrediction predict_multistation(const MultistationRun& run, const mu
   out.uncorrected_covariance = uncorrected.topLeftCorner<3, 3>();
   out.uncorrected_azimuth_sd = std::sqrt(uncorrected(3, 3));
   out.claimed = claimed;
-  if (cost.variance != 1) out.shared_residual = shared_residual(run, o, models, sensitive);
+  if (cost.variance != 1) {
+    ResidualErrors errors{run.tool, run.tool_sd, {}, {}, run.accelerometer, run.magnetometer};
+    (run.reference_per_station ? errors.station : errors.run) = run.reference;
+    out.limits = robust_limits(errors, o, models, sensitive);
+  }
   out.learnt.resize(p);
   for (int i = 0; i < p; ++i) {
     const double prior = o.prior_sd[static_cast<std::size_t>(o.parameters.index(i))];
     out.learnt[i] = std::isfinite(prior) ? 1 - claimed(i, i) / (prior * prior) : 1;
   }
   out.observability = multistation::set_observability(
-      multistation::jacobian(stations, known, o.parameters, o.residuals, o.sizes), o.parameters, o.prior_sd);
+      multistation::jacobian(stations, known, o.parameters, o.residuals, estimator.sizes), o.parameters, o.prior_sd);
   return out;
 }
 

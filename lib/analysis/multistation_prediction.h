@@ -8,11 +8,11 @@
 ///
 /// Of a robust loss as multistation/loss.h says: weights k of all stations; what is drawn at a station acts through the
 /// estimate by v - 1 more of its variance, in addition to everything else. Errors that stations share act as with least
-/// squares. This holds for many stations, and where what the fit leaves of shared errors is small beside the stations'
-/// own.
+/// squares. This holds for many stations, and within the limits of robust_limits.h.
 #include <Eigen/Core>
 
 #include "analysis/multistation_trials.h"
+#include "analysis/robust_limits.h"
 #include "multistation/robust.h"
 #include "multistation/set_observability.h"
 
@@ -30,14 +30,8 @@ struct MultistationPrediction {
   /// hole.
   double uncorrected_azimuth_sd = 0, azimuth_sd = 0;
   multistation::SetObservability observability;
-  /// Of a robust loss: what the fit leaves of the errors that stations share, over the stations' own, rms of all
-  /// residuals.
-  double shared_residual = 0;
+  RobustLimits limits;  ///< of a robust loss
 };
-
-/// Above this shared residual sds to first order of a robust loss may be off by more than 5 %
-/// (docs/studies/msa_parameters.md).
-inline constexpr double kLargeSharedResidual = 0.5;
 
 /// `cost`: of the estimator's loss, that of least squares without it. Throws InputError where stations and priors do
 /// not determine the parameters.

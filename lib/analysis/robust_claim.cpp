@@ -62,16 +62,16 @@ RobustClaim::RobustClaim(const MeasuredStations& s, const propagate::CodeDraws& 
   }
 }
 
-MatrixXd RobustClaim::covariance(const double* weights, double factor) const {
+MatrixXd RobustClaim::covariance(const double* weights, const multistation::LossCost& cost) const {
   MatrixXd normal = prior_.asDiagonal(), noise = MatrixXd::Zero(normal.rows(), normal.rows()),
            run = MatrixXd::Zero(normal.rows(), run_.front().cols());
   for (std::size_t k = 0; k < normal_.size(); ++k) {
-    const double trust = multistation::station_trust(weights[k]);
-    normal += trust * normal_[k];
-    noise += trust * noise_[k];
-    run += trust * run_[k];
+    const double information = cost.information(weights[k]);
+    normal += information * normal_[k];
+    noise += information * noise_[k];
+    run += information * run_[k];
   }
-  MatrixXd middle = factor * noise + run * run.transpose();
+  MatrixXd middle = cost.claimed_variance() * noise + run * run.transpose();
   middle += (prior_.array().square() * truth_.array()).matrix().asDiagonal();
   // Parameters have units that differ by orders of magnitude: a unit diagonal first.
   const VectorXd unit = normal.diagonal().cwiseSqrt().cwiseInverse();

@@ -2,11 +2,10 @@
 /// Which covariance a robust estimate of a tool claims (multistation/robust.h), by the weights that it has found, and
 /// what a loss costs where nothing is wrong: to first order, at readings without errors.
 ///
-///   C = N^-1 (f sum w J'S J + B B' + P T P) N^-1,   N = sum w J'J + P,   B = sum w J'R,   w: no more than one
+///   C = N^-1 (v k sum u J'S J + B B' + P T P) N^-1,   N = sum u J'J + P,   B = sum u J'R,   u = k min(w, 1) / m
 /// J: derivatives of a station's residuals by the estimated parameters, S its covariance by what is drawn at the
 /// station, R its columns by the inputs of the run that are not estimated, one sd each; P: information of the priors,
-/// T: covariance of the true tools. f = v E min(w, 1) of the loss (multistation/loss.h): with S = 1 and without priors
-/// the first part is P^-1 times that factor.
+/// T: covariance of the true tools. k, v, m of the loss (multistation/loss.h).
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,7 +27,7 @@ class RobustClaim {
 
   /// Of the estimate less the truth, in the order of the set. Weights: one a station. Not finite where the weights
   /// leave too few stations.
-  Eigen::MatrixXd covariance(const double* weights, double covariance_factor) const;
+  Eigen::MatrixXd covariance(const double* weights, const multistation::LossCost& cost) const;
 
  private:
   Eigen::VectorXd prior_, truth_;                      ///< information; variance of the true parameters

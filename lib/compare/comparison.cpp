@@ -196,10 +196,9 @@ void leave_unjudged(ComparisonRow& row, const std::string& why) {
 }
 
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
-                     const std::string& what) {
+                     const std::string& what, const std::string& did) {
   if (static_cast<double>(failed) <= most * static_cast<double>(trials)) return;
-  const std::string why =
-      fmt::format("{} of {} {} did not converge (more than {:g} %)", failed, trials, what, 100 * most);
+  const std::string why = fmt::format("{} of {} {} {} (more than {:g} %)", failed, trials, what, did, 100 * most);
   for (ComparisonRow& row : rows) {
     if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
     row.evidence = {};

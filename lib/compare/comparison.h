@@ -77,9 +77,9 @@ void leave_unjudged(ComparisonRow& row, const std::string& why);
 
 /// If more than the share `most` of the trials failed, the others are no sample of all. Then each row with a verdict or
 /// a finite prediction becomes "undecided", and its note begins with the reason. `what` names what failed:
-/// "adjustments".
+/// "adjustments"; `did`: what became of them.
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
-                     const std::string& what);
+                     const std::string& what, const std::string& did = "did not converge");
 
 /// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. It stands in the
 /// table within [0, 1], whatever its rounding. A prediction of 0 has no ratio: it agrees where the whole interval lies

@@ -139,6 +139,7 @@ FitPlan fit_plan(const FitOptions& o) {
   FitPlan plan;
   plan.residuals = o.residuals;
   plan.corrects_accelerometers = o.parameters.corrects_accelerometers();
+  plan.gravity_is_noisy = o.gravity_is_noisy;
   const auto add_kind = [&](int kind) { plan.kinds[static_cast<std::size_t>(plan.kind_count++)] = kind; };
   for (int kind = 0; kind < kParameters; kind += 3)
     if (o.parameters.contains_kind(kind)) add_kind(kind);

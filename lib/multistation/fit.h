@@ -27,6 +27,8 @@ struct FitOptions {
   /// True: errors of the reference are unknowns with these priors (infinite: none). False: the reference is a consider
   /// parameter: the estimate takes it as it is, and the covariance counts its errors.
   bool estimates_reference = false;
+  /// Whether readings' noise moves |g|: a robust loss counts it as a component of the residual only then.
+  bool gravity_is_noisy = true;
   int max_iterations = 50;
   double step_tolerance = 1e-6;  ///< of a parameter, in units of the table's prior
 };

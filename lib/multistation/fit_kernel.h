@@ -26,6 +26,7 @@ struct FitPlan {
   std::array<int, kUnknownKinds> kinds{};  ///< first unknown of each kind that is estimated, rising
   int kind_count = 0;
   bool corrects_accelerometers = false;
+  bool gravity_is_noisy = true;
   std::array<bool, kUnknowns> free{};
   std::array<double, kUnknowns> scale{};      ///< unit of an unknown in the search: its default prior
   std::array<double, kUnknowns> precision{};  ///< of the prior, (scale / sd)^2

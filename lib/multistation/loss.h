@@ -58,9 +58,13 @@ inline double station_trust(double weight) { return weight < 1 ? weight : 1; }
 struct LossCost {
   double slope = 1;       ///< k: how much a station weighs against priors
   double variance = 1;    ///< v: variance of an estimate without priors over that of least squares
-  double mean_trust = 1;  ///< E min(w, 1)
-  /// With P = sum min(w, 1) J'J the covariance of the estimate is P^-1 times this.
-  double covariance_factor() const { return variance * mean_trust; }
+  double mean_trust = 1;  ///< m = E min(w, 1)
+
+  /// How much a station with the weight w tells a claimed covariance: k min(w, 1) / m, k where nothing is wrong.
+  ///   N = sum (k min(w, 1) / m) J'J + P,   C = N^-1 (v k sum (k min(w, 1) / m) J'J + P) N^-1
+  /// Without priors v m (sum min(w, 1) J'J)^-1.
+  double information(double weight) const { return slope * station_trust(weight) / mean_trust; }
+  double claimed_variance() const { return variance * slope; }  ///< v k
 };
 LossCost loss_cost(Loss loss, int components);
 

@@ -1,5 +1,6 @@
 #include "multistation/robust.h"
 
+#include <cmath>
 #include <utility>
 
 #include "base/error.h"
@@ -9,10 +10,12 @@
 namespace surveymc::multistation {
 
 int robust_components(const FitPlan& plan) {
-  const bool sees_gravity =
-      plan.corrects_accelerometers || plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind;
+  const bool of_reference = plan.kinds[static_cast<std::size_t>(plan.kind_count - 1)] == kReferenceKind,
+             sees_gravity = plan.corrects_accelerometers || (of_reference && plan.gravity_is_noisy);
   return sees_gravity ? kResiduals : kResiduals - 1;
 }
+
+int noisy_components(const FitPlan& plan) { return plan.gravity_is_noisy ? robust_components(plan) : kResiduals - 1; }
 
 RobustOptions robust_options(Loss loss, RobustStart start) {
   RobustOptions o;
@@ -25,7 +28,12 @@ RobustOptions robust_options(Loss loss, RobustStart start) {
   return o;
 }
 
-LossCost loss_cost(Loss loss, const FitPlan& plan) { return loss_cost(loss, robust_components(plan)); }
+LossCost loss_cost(Loss loss, const FitPlan& plan) { return loss_cost(loss, noisy_components(plan)); }
+
+FitOptions as_weighed(FitOptions o, const LossCost& cost) {
+  if (!o.gravity_is_noisy) o.sizes[0] *= std::sqrt(cost.slope / cost.mean_trust);
+  return o;
+}
 
 void fit_block_by_loss(const SixAxisBlock& readings, const FitPlan& plan, const ParameterSet& set,
                        const RobustOptions& options, const random::Stream& stream, std::uint64_t first_trial,
@@ -58,7 +66,7 @@ void robust_fit_block(const SixAxisBlock& r, const FitPlan& plan, const Paramete
   b.problem.moves_first = moves_first.data();
   b.problem.unit = unit.data();
   b.problem.prior_information = information.data();
-  b.problem.scale_of_median = scale_of_median(b.problem.shape.components);
+  b.problem.scale_of_median = scale_of_median(noisy_components(plan));
   std::vector<int> subsets;
   if (options.start == RobustStart::lmeds) {
     b.problem.subset_count = kSubsets;
@@ -106,15 +114,16 @@ RobustFit robust_fit(const std::vector<StationReadings>& stations, const FitOpti
   constexpr const char* kNoFit = "the fit of {} stations with the weights of the loss does not converge";
   out.fit = fit(stations, o, out.weights);
   require(out.fit.converged, kNoFit, count);
-  std::vector<double> trust;
-  for (const double w : out.weights) trust.push_back(station_trust(w));
-  if (trust != out.weights) {
-    Fit trusted = fit(stations, o, trust);
-    require(trusted.converged, kNoFit, count);
-    out.fit.inverse = std::move(trusted.inverse);
-    out.fit.by_reference = std::move(trusted.by_reference);
+  const LossCost cost = loss_cost(robust.loss, plan);
+  std::vector<double> information;
+  for (const double w : out.weights) information.push_back(cost.information(w));
+  if (information != out.weights) {
+    Fit claimed = fit(stations, as_weighed(o, cost), information);
+    require(claimed.converged, kNoFit, count);
+    out.fit.inverse = std::move(claimed.inverse);
+    out.fit.by_reference = std::move(claimed.by_reference);
   }
-  out.factor = loss_cost(robust.loss, plan).covariance_factor();
+  out.factor = cost.claimed_variance();
   claim_for_variance(out.fit, o, out.factor);
   return out;
 }

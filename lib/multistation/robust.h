@@ -1,8 +1,8 @@
 #pragma once
 /// Robust multi-station analysis with any parameters of the table: the fit of fit.h with weights of the stations that
 /// are found from their residuals (robust_kernel.h). A station's residual has the components Bh and Bv, and |g| where
-/// parameters of the accelerometers or the reference are estimated. A shared error of the reference is no gross error:
-/// the scale of the residuals includes it.
+/// parameters of the accelerometers are estimated, or, if it has noise, the reference. A shared error of the reference
+/// is no gross error: the scale of the residuals includes it.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -15,12 +15,18 @@ namespace surveymc::multistation {
 
 /// Components of a station's residual: 2 or 3.
 int robust_components(const FitPlan& plan);
+/// Those that have noise. Of the others a fit leaves next to nothing, so that a residual is as long as that of these.
+int noisy_components(const FitPlan& plan);
 
 /// How a loss is fitted. Tukey's begins with lmeds whatever `start`, and keeps the scale of that fit.
 RobustOptions robust_options(Loss loss, RobustStart start = RobustStart::least_squares);
 
 /// What the loss costs in a fit with this plan.
 LossCost loss_cost(Loss loss, const FitPlan& plan);
+
+/// The options with which stations of weight k are first order of a fit by the loss: |g| without noise has the weight
+/// E min(w, 1) instead, as psi(e) has the derivative w across e; of l1, whose w has no bound, as a claim counts it.
+FitOptions as_weighed(FitOptions options, const LossCost& cost);
 
 /// What a robust fit of many trials finds beside the estimates.
 struct RobustBlock {
@@ -49,11 +55,11 @@ void fit_block_by_loss(const SixAxisBlock& readings, const FitPlan& plan, const 
 /// One run.
 struct RobustFit {
   /// Of the weighted stations. Its covariance is that of the loss, (J'WJ + P)^-1 (f J'WJ + P) (J'WJ + P)^-1
-  /// with W = min(w, 1) (loss.h), by the a-priori sizes of the residuals.
+  /// with W = LossCost::information(w) (loss.h), by the a-priori sizes of the residuals.
   Fit fit;
   std::vector<double> weights;  ///< one a station
   double scale = 1;             ///< of the residuals, in units of their sizes
-  double factor = 1;            ///< f: what the loss costs
+  double factor = 1;            ///< f = v k: what the loss costs
   int reweightings = 0;
 };
 /// Begins at least squares, which halves steps that are too long: tukey's subsets are linear about it. Throws

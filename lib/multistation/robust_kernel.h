@@ -31,7 +31,7 @@ struct RobustOptions {
   Loss loss = Loss::cauchy;
   RobustScale scale = RobustScale::reweighted;
   RobustStart start = RobustStart::least_squares;
-  int reweightings = 25;      ///< at most
+  int reweightings = 200;     ///< at most; l1 takes some 50 where a fifth of the stations is wrong
   int newton_steps = 10;      ///< of the least-squares fit, at most
   double tolerance = 1e-4;    ///< ends when every step is below this part of `unit`
   double smallest_scale = 0;  ///< s is at least this: where all residuals vanish
@@ -101,7 +101,7 @@ template <class T>
 struct RobustOutcome {
   T scale;         ///< s
   T reweightings;  ///< that were made
-  T converged;     ///< 1; 0 where the stations do not determine the parameters
+  T converged;     ///< 1; 0 where the stations do not determine the parameters, or steps remain large
 };
 
 template <class T, int C>
@@ -304,7 +304,7 @@ struct Reweighting {
     square_residuals();
     out.scale = options.scale == RobustScale::a_priori ? one : scale_of(m.squares);
     out.reweightings = zero;
-    active = good;
+    if (options.loss != Loss::least_squares) active = good;
     for (int n = 0; options.loss != Loss::least_squares && n < options.reweightings && any(active); ++n) {
       if (options.scale == RobustScale::reweighted && n > 0) out.scale = select(active, scale_of(m.squares), out.scale);
       const T per_scale2 = one / (out.scale * out.scale);
@@ -316,7 +316,7 @@ struct Reweighting {
       move_residuals(evaluate, large);
       square_residuals();
     }
-    out.converged = select(good, one, zero);
+    out.converged = select(good & (!active), one, zero);
     return out;
   }
 };

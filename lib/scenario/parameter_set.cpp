@@ -140,6 +140,7 @@ SetEstimator read_parameter_set(config::ConfigReader& c, const AssumedSizes& tru
                vertical = field.total * std::sin(field.dip);
   o.sizes = {accelerometer > 0 ? accelerometer : 1, std::hypot(magnetometer, turn * vertical),
              std::hypot(magnetometer, turn * horizontal)};
+  o.gravity_is_noisy = accelerometer > 0 && truth.accelerometer > 0;
   o.total = field.total;
   o.dip = field.dip;
   o.reference = read_reference_errors(c, truth.reference);
@@ -148,15 +149,21 @@ SetEstimator read_parameter_set(config::ConfigReader& c, const AssumedSizes& tru
   return out;
 }
 
-std::optional<compare::Warning> warn_of_shared_errors(double shared_residual) {
-  if (!(shared_residual > analysis::kLargeSharedResidual)) return {};
-  return compare::Warning{
-      "warning", "estimator.robust.loss", "",
-      fmt::format("of errors that stations share the fit leaves {:.2f} times the stations' own: sds to "
-                  "first order may be off by more than 5 %",
-                  shared_residual),
-      "estimate the reference with the tool (estimator.name = \"msa_joint\"), and what errors "
-      "the tool has"};
+std::vector<compare::Warning> warn_of_limits(const analysis::RobustLimits& limits) {
+  std::vector<compare::Warning> out;
+  const auto add = [&out](const std::string& what, const char* way_out) {
+    out.push_back(
+        {"warning", "estimator.robust.loss", "", what + ": sds to first order may be off by more than 5 %", way_out});
+  };
+  if (limits.shared > analysis::kLargeSharedResidual)
+    add(fmt::format("of errors that stations share the fit leaves {:.2f} times the stations' own", limits.shared),
+        "estimate the reference with the tool (estimator.name = \"msa_joint\"), and what errors the tool has");
+  if (limits.uneven > analysis::kLargeUnevenness)
+    add(fmt::format("a loss takes what is drawn at stations as even in units of the sizes that are assumed, but it is "
+                    "{:.2g} times as large in one direction as in another",
+                    limits.uneven),
+        "let estimator.magnetometer_nT and estimator.accelerometer_mps2 be what is drawn");
+  return out;
 }
 
 PerParameter<double> read_tool_sd(config::ConfigReader& c, const multistation::FitOptions& estimator) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/multistation_trials.h"
+#include "analysis/robust_limits.h"
 #include "compare/warnings.h"
 #include "config/config.h"
 #include "multistation/robust.h"
@@ -70,9 +71,8 @@ struct SetEstimator {
 SetEstimator read_parameter_set(config::ConfigReader& config, const AssumedSizes& truth,
                                 const survey::ReferenceField& field);
 
-/// What to know of the first order of a robust loss where shared errors are as large as this
-/// (MultistationPrediction::shared_residual); nothing where they are small.
-std::optional<compare::Warning> warn_of_shared_errors(double shared_residual);
+/// What to know of the first order of a robust loss where it is beyond its limits.
+std::vector<compare::Warning> warn_of_limits(const analysis::RobustLimits& limits);
 
 /// Tools that differ from run to run: `sensor.spread.parameters.NAME`, one sd of each parameter of the table. Without
 /// it the prior of a parameter of the set, and 0 of the others; magnetometers' biases and scales are those of
