@@ -78,9 +78,9 @@ def main():
             subprocess.run([program, "import", data / f"SAP6_{instrument}.json", "--readings", "--axes", "g=-y-x+z,b=+x+y-z", "--gravity-unit", "mps2",
                             "--field-unit", "uT", "--depth-step", "1", "-o", readings], check=True, stdout=subprocess.DEVNULL)
             of = axis_rms(program, folder, readings, "21", "least_squares")
-            found = of["21", "least_squares"]
+            found, answers = of["21", "least_squares"], {loss: of["21", loss] for loss in ("l1", "huber", "cauchy", "tukey")}
             print(f"{instrument}: " + ", ".join(f"{s} {of[s, 'least_squares']:.2f}" for s in ("6", "9", "12", "15", "18", "21")) + f" deg, expected {expected} of 21; "
-                  + ", ".join(f"{loss} {of['21', loss]:.2f}" for loss in ("l1", "huber", "cauchy", "tukey")))
+                  + ", ".join(f"{loss} {angle:.2f}" for loss, angle in answers.items()))
             for name in SPOILED:
                 clean[name].append(of[name, "cauchy"])
             text = readings.read_text().splitlines()
@@ -96,6 +96,7 @@ def main():
                 for name in SPOILED:
                     robust[name].append(of[name, "cauchy"])
                     squares[name].append(of[name, "least_squares"])
+            assert np.isfinite([answers[loss] for loss in ("l1", "huber", "cauchy")]).all(), f"{instrument}: no fit: {answers}"
             assert abs(found / expected - 1) < 0.05, f"{instrument}: {found} deg, expected {expected}"
         for name, most in SPOILED.items():
             without, with_errors, plain = (np.median(of[name]) for of in (clean, robust, squares))
