@@ -175,7 +175,7 @@ Candidate candidate(const OwnRun& r, const ms::ParameterSet& set, ms::Loss loss)
   c.options.parameters = set;
   ms::RobustOptions robust = ms::robust_options(loss, r.asked.start);
   robust.reweightings = 5000;  // l1 of few shots takes small steps
-  robust.newton_steps = 100;  // biases of an instrument may be as large as the field
+  robust.newton_steps = 100;   // biases of an instrument may be as large as the field
   robust.tolerance = 1e-5;
   const random::Stream subsets(0, static_cast<std::uint32_t>(random::StudyId::estimate));  // whatever the seed
   const ms::Fitter fitter = [&](const ms::Stations& s) {
