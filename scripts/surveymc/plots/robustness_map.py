@@ -11,7 +11,7 @@ from matplotlib.ticker import NullLocator
 
 from . import drawing, reading, saving, wording
 
-SPANS = ("gross.share", "gross.size_nT")  # keys of a sweep that has figures of its own here
+SPANS = ("gross.share", "gross.size_nT", "gross.kind", "estimator.parameters")  # keys of a sweep that has figures of its own here
 
 LOSSES = {"least_squares": ("#777777", "o", (0, (1, 1.3)), "least squares"), "l1": ("#56B4E9", "s", "-", "l1"),
           "huber": ("#E69F00", "^", "-", "Huber"), "cauchy": ("#009E73", "D", "-", "Cauchy"),
